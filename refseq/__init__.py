@@ -15,7 +15,8 @@ lost.
         belief = localiser.update(view)
         print(belief.best, round(belief.lost, 2))
 
-Several maps become one with ``merge``: stretches that their paths share are kept once. Lengths are in metres, times in
+A map grows by later drives with ``add_drive``. Several maps become one with ``merge``: stretches that their paths share
+are kept once. Lengths are in metres, times in
 seconds, angles in radians. Input that cannot be used raises ``RefseqError``, whose message is one line.
 
 Names are imported when they are first asked for, so that a machine that lacks a package can still be told which.
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from refseq.belief import Belief, LocaliserProtocol, Stage
     from refseq.errors import LogError, MapError, RefseqError, ViewError
     from refseq.logs import Recording, RecordingWriter, read_recording
+    from refseq.map.growth.adding import add_drive
     from refseq.map.learning import learn
     from refseq.map.localiser import Localiser, localise
     from refseq.map.map import Map
@@ -52,6 +54,7 @@ __all__ = [
     "Stage",
     "View",
     "ViewError",
+    "add_drive",
     "learn",
     "localise",
     "merge",
@@ -63,6 +66,7 @@ _HOMES = {
     "belief": ("Belief", "LocaliserProtocol", "Stage"),
     "errors": ("LogError", "MapError", "RefseqError", "ViewError"),
     "logs": ("Recording", "RecordingWriter", "read_recording"),
+    "map.growth.adding": ("add_drive",),
     "map.learning": ("learn",),
     "map.localiser": ("Localiser", "localise"),
     "map.map": ("Map",),

@@ -55,6 +55,7 @@ class SharedPlaces:
         self._sequences = list(map_.sequences)
         self._kept = [np.arange(len(sequence)) for sequence in map_.sequences]
         self._paths = list(map_.paths)
+        self._grown = map_.grown
 
     def take(self, giving: int, joints: Sequence[tuple[int, NDArray[np.intp]]]) -> None:
         """Let views of a path be where others have theirs: each joint is a path, and pairs of its views and of these.
@@ -98,6 +99,7 @@ class SharedPlaces:
             names=tuple(self._names[n] for n in left),
             sequences=tuple(self._reduced(n) for n in left),
             paths=paths,
+            grown=self._grown,
         )
 
     def _reduced(self, number: int) -> ReferenceSequence:

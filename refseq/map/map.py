@@ -20,6 +20,7 @@ from refseq.errors import MapError
 from refseq.inference.chain.network import Network
 from refseq.map.format.archive import open_archive, pack, write_archive
 from refseq.map.format.file import described, read_parts
+from refseq.map.growth.record import NOT_GROWN, GrowthRecord
 from refseq.map.merge_record import NOT_MERGED, MergeRecord
 from refseq.map.paths.annotations import Annotations
 from refseq.map.paths.path import Link, MapPath
@@ -45,13 +46,14 @@ class Map:
     A path whose places are all held by others has no sequence of its own any more. A place is numbered within its
     sequence, or through all sequences one behind the other (``first``), as beliefs number it. All sequences have the
     same features and settings. ``learn`` makes a map of one path, ``refseq.atlas.merge`` one of several; ``record``
-    says which files that was made of, where it is known.
+    says which files that was made of, where it is known, and ``grown`` which later drives were added.
     """
 
     names: tuple[str, ...]
     sequences: tuple[ReferenceSequence, ...]
     paths: tuple[MapPath, ...]
     record: MergeRecord = NOT_MERGED
+    grown: GrowthRecord = NOT_GROWN
 
     @classmethod
     def of(
@@ -85,7 +87,7 @@ class Map:
 
     def to_bytes(self) -> bytes:
         """The content of the map's file: the same map gives the same bytes."""
-        return pack(*described(self.names, self.sequences, self.paths, self.record))
+        return pack(*described(self.names, self.sequences, self.paths, self.record, self.grown))
 
     def __len__(self) -> int:
         return sum(len(sequence) for sequence in self.sequences)
@@ -276,4 +278,5 @@ def beside(maps: Sequence[Map]) -> Map:
             for one, start in zip(maps, first[:-1], strict=True)
             for path in one.paths
         ),
+        grown=GrowthRecord.joined(one.grown for one in maps),
     )

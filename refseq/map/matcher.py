@@ -89,7 +89,7 @@ def compare(
     start = time.perf_counter()
     log_ratio, log_average = None, -math.inf
     if sequence.profile.method.matching is Matching.LOG_RATIO:
-        log_ratio = sequence.log_ratio_model.log_ratios(seen)
+        log_ratio = sequence.log_ratios(seen)
         likelihood = softmax(log_ratio)
     else:
         rows = [sequence.matrix.blocks[key].start + ids for key, ids in seen.items()]

@@ -25,13 +25,17 @@ def reduced(sequence: ReferenceSequence, places: NDArray[np.intp]) -> ReferenceS
             along=sequence.along[places],
             poses=tuple(sequence.poses[place] for place in places),
             odometry=sequence.odometry[places] if len(sequence.odometry) else sequence.odometry,
+            experiences=sequence.experiences and sequence.experiences.at(places),
         )
     )
 
 
 def without_unseen(sequence: ReferenceSequence) -> ReferenceSequence:
-    """The sequence without words that no place shows."""
-    return _with_features(sequence, np.diff(sequence.matrix.pointers) > 0)
+    """The sequence without words that no place shows, nor ever showed on a later drive."""
+    shown = np.diff(sequence.matrix.pointers) > 0
+    if sequence.experiences is not None:
+        shown |= np.diff(sequence.experiences.matrix.pointers) > 0
+    return _with_features(sequence, shown)
 
 
 def with_most_informative(sequence: ReferenceSequence, count: int) -> ReferenceSequence:
@@ -60,8 +64,13 @@ def _with_features(sequence: ReferenceSequence, chosen: NDArray[np.bool_]) -> Re
         extractors.append(_with_words(extractor, kept, sequence))
         rows.append(block.start + kept)
         sizes[extractor.key] = len(kept)
-    left = matrix.kept(np.concatenate(rows), np.arange(matrix.K), sizes)
-    return replace(sequence, matrix=left, extractors=tuple(extractors))
+    left, its = np.concatenate(rows), sequence.experiences
+    return replace(
+        sequence,
+        matrix=matrix.kept(left, np.arange(matrix.K), sizes),
+        extractors=tuple(extractors),
+        experiences=its and its.with_rows(left, sizes),
+    )
 
 
 def _with_words(extractor: Extractor, kept: NDArray[np.intp], sequence: ReferenceSequence) -> Extractor:

@@ -15,6 +15,7 @@ from refseq.inference.chain.lost_view import HeldOutViews, LostView
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.log_ratio import LogRatioModel
 from refseq.inference.matching.mixture import Match, match_view
+from refseq.map.growth.experiences import Experiences, LayeredRatios
 from refseq.map.profile import Profile
 from refseq.planar import Pose
 
@@ -30,7 +31,7 @@ class ReferenceSequence:
     ``along`` (K,) is each place's odometric distance from the first [m], rising; ``poses`` the true poses of the places
     where they are known (for scoring and drawing only); ``metadata`` says which drive it was. ``odometry`` (K, 3) are
     the places' poses by the drive's own odometry, from its first view on: x, y [m] and heading [rad]; (0, 3) where the
-    drive had none.
+    drive had none. ``experiences`` are what places showed on later drives, None where none was added.
     """
 
     matrix: IncidenceMatrix
@@ -40,6 +41,7 @@ class ReferenceSequence:
     profile: Profile = field(default_factory=Profile)
     metadata: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     odometry: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    experiences: Experiences | None = None
 
     def __len__(self) -> int:
         return self.matrix.K
@@ -75,6 +77,18 @@ class ReferenceSequence:
     def log_ratio_model(self) -> LogRatioModel:
         """Log ratios of the features, calibrated on this sequence (docs/best.md)."""
         return LogRatioModel(self.matrix, self.along, self.profile.log_ratio)
+
+    @cached_property
+    def layered_ratios(self) -> LayeredRatios | None:
+        """Log ratios over all experiences of the places; None where there is but the first."""
+        if self.experiences is None:
+            return None
+        settings = self.profile.log_ratio
+        return LayeredRatios(self.log_ratio_model, self.matrix, self.along, settings, self.experiences)
+
+    def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
+        """Log-likelihood ratio of each place to elsewhere, (K,), by all its experiences."""
+        return (self.layered_ratios or self.log_ratio_model).log_ratios(observed)
 
 
 def check_comparable(one: ReferenceSequence, other: ReferenceSequence) -> None:

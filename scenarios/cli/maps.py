@@ -1,4 +1,4 @@
-"""The commands ``refseq learn`` and ``refseq map merge | compact | similarity | plan | route`` and others."""
+"""The commands ``refseq learn`` and ``refseq map add | merge | compact | similarity | plan | route`` and others."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from refseq_bench.scenarios.cli.map_add import ADD_HELP, add
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, wrote
 from refseq_bench.scenarios.cli.terminal.options import (
     CHART,
@@ -41,6 +42,8 @@ LEARN_HELP = """Examples:
 * `refseq learn robot.log --views 0:160 --thin 0.5 --features walls,boundary,sectors -o laser.refseq`"""
 
 app = group("Merge, compact and compare maps, find routes in them, look into them.")
+
+app.command("add", cls=BenchCommand, epilog=ADD_HELP)(add)
 
 MinOverlap = Annotated[float, option("METRES", "Shortest stretch that is joined.")]
 

@@ -17,6 +17,8 @@ from refseq_bench.text_file import TextFileError, read_toml
 HEAD = """\
 # Joins that refseq map merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
 # refseq map merge --decisions. `first` and `second` are the first and last view of the stretch in either sequence.
+# `machine` is what the machine decided: it may decide otherwise when more maps are merged. A join holds for good where
+# `joined` is something else, or where there is no `machine`: take the line out to make a decision your own.
 """
 BY_A_PERSON = "a person says so"
 
@@ -32,6 +34,12 @@ class JoinTable(BaseModel):
     joined: bool
     why: str = ""
     lengths_m: tuple[float, float] = (0.0, 0.0)
+    machine: bool | None = None
+
+    @property
+    def by_a_person(self) -> bool:
+        """True for a join that a person added, or turned round."""
+        return self.machine is not self.joined
 
 
 class JoinFile(BaseModel):
@@ -52,6 +60,7 @@ def write_decisions(path: Path, decisions: Sequence[Decision]) -> None:
             "second": list(d.second),
             "lengths_m": [round(length, 2) for length in d.lengths],
             "joined": str(d.joined).lower(),
+            **({} if d.why == BY_A_PERSON else {"machine": str(d.joined).lower()}),
             "why": json.dumps(d.why, ensure_ascii=False),
         }
         tables.append("[[join]]\n" + "".join(f"{key} = {value}\n" for key, value in table.items()))
@@ -60,7 +69,10 @@ def write_decisions(path: Path, decisions: Sequence[Decision]) -> None:
 
 
 def read_decisions(path: Path) -> list[Decision]:
-    """Read what a person decided. Raises ``ScenarioError`` with the file, the key, and what is valid."""
+    """Read what a person decided; what the machine did, and nobody turned round, is left out.
+
+    Raises ``ScenarioError`` with the file, the key, and what is valid.
+    """
     try:
         content = read_toml(path)
     except TextFileError as error:
@@ -75,7 +87,8 @@ def read_decisions(path: Path) -> list[Decision]:
         for name, (start, end) in (("first", join.first), ("second", join.second)):
             if start > end:
                 raise ScenarioError(f"{path}: join.{number}.{name} = [{start}, {end}]; valid is first view, last view")
-    return [Decision(j.one, j.other, j.first, j.second, j.lengths_m, j.joined, BY_A_PERSON) for j in joins]
+    persons = (j for j in joins if j.by_a_person)
+    return [Decision(j.one, j.other, j.first, j.second, j.lengths_m, j.joined, BY_A_PERSON) for j in persons]
 
 
 def _with_tuples(content: dict[str, object]) -> dict[str, object]:

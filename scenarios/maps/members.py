@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from refseq.atlas.decision import Decision
+from refseq.map.growth.record import GrowthRecord
 from refseq.map.map import Map
 from refseq.map.merge_record import Member, MergeRecord, Ruling
 from refseq_bench.scenarios.errors import ScenarioError
@@ -17,14 +18,29 @@ def with_members(paths: Sequence[Path]) -> tuple[list[Path], list[Decision]]:
     """Maps to merge, in place of each merged one those that it was made of; and a person's decisions about these.
 
     So all joins are decided about anew, whatever was merged before. A merged map that has no record stays. Raises
-    ``ScenarioError`` for a member that is not there, or is not the map any more that was merged.
+    ``ScenarioError`` for a member that is not there, or is not the map any more that was merged, and for drives that
+    were added to a merged map alone: its members do not have them.
     """
     found, rulings = list[Path](), list[Decision]()
     for path in paths:
         record = Map.load(path).record if path.exists() else MergeRecord()
-        found += [_found(path, member) for member in record.members] or [path]
+        members = [_found(path, member) for member in record.members]
+        _check_growth(path, members)
+        found += members or [path]
         rulings += [_decision(ruling) for ruling in record.rulings]
     return found, rulings
+
+
+def _check_growth(merged: Path, members: Sequence[Path]) -> None:
+    if not members:
+        return
+    known = GrowthRecord.joined(Map.load(member).grown for member in members)
+    lost = [drive for drive in Map.load(merged).grown.drives if known.drive(drive.sha256) is None]
+    if lost:
+        raise ScenarioError(
+            f"{merged}: drive {lost[0].name!r} was added to it and not to its members, and would be lost; valid is to "
+            "add drives to the members, or --keep-joins to add maps to the places that are left"
+        )
 
 
 def _found(merged: Path, member: Member) -> Path:

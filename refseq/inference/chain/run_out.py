@@ -109,12 +109,13 @@ def path_filter(space: Chain | Network) -> ForwardFilter | RunOutFilter:
     return RunOutFilter(network, space.settings.run_out)
 
 
-def path_smoothed(observations: Sequence[Observation], chain: Chain) -> list[StatePosterior]:
-    """The posterior at each view in the light of all, over one path with the run-out that its settings ask for."""
-    if chain.settings.run_out <= 0:
-        return smooth(observations, chain)
-    space = LongerNetwork.of(one_path(chain), chain.settings.run_out)
-    return [space.folded(posterior) for posterior in smooth([space.sight(one) for one in observations], space)]
+def path_smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
+    """The posterior at each view in the light of all, over one path or a network, with the run-outs of its settings."""
+    if space.settings.run_out <= 0:
+        return smooth(observations, space)
+    network = space if isinstance(space, Network) else one_path(space)
+    longer = LongerNetwork.of(network, space.settings.run_out)
+    return [longer.folded(posterior) for posterior in smooth([longer.sight(one) for one in observations], longer)]
 
 
 def one_path(chain: Chain) -> Network:

@@ -18,6 +18,8 @@ from refseq.map.extractors import make_extractor
 from refseq.map.format.archive import HEADER, Arrays, MapArchive, check_total
 from refseq.map.format.header import MapHeader, PathTable, SequenceTable, parse_header
 from refseq.map.format.layout import check_declared, check_values, rules_of
+from refseq.map.growth.experiences import Experiences
+from refseq.map.growth.record import NOT_GROWN, GrowthRecord
 from refseq.map.merge_record import MergeRecord
 from refseq.map.paths.path import MapPath
 from refseq.map.profile import Profile
@@ -28,12 +30,18 @@ SPOILT = f"{HEADER} and arrays do not make a map"
 PATH_ARRAYS = ("along", "sequences", "places")
 PATH_KNOWN = ("odometry", "poses", "scans")
 
-Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...], MergeRecord]
-"""Names of the sequences, sequences, paths and the record of a merging: the fields of a ``Map``."""
+EXPERIENCES = "experiences/"
+
+Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...], MergeRecord, GrowthRecord]
+"""Names of the sequences, sequences, paths, and the records of a merging and of growth: the fields of a ``Map``."""
 
 
 def described(
-    names: Sequence[str], sequences: Sequence[ReferenceSequence], paths: Sequence[MapPath], record: MergeRecord
+    names: Sequence[str],
+    sequences: Sequence[ReferenceSequence],
+    paths: Sequence[MapPath],
+    record: MergeRecord,
+    grown: GrowthRecord = NOT_GROWN,
 ) -> tuple[dict[str, Any], Arrays]:
     """Header and arrays of a map."""
     header: dict[str, Any] = {
@@ -50,6 +58,8 @@ def described(
     }
     if record != MergeRecord():
         header["merged"] = record.to_dict()
+    if grown != NOT_GROWN:
+        header["grown"] = grown.to_dict()
     arrays: dict[str, NDArray[Any]] = {}
     for number, sequence in enumerate(sequences):
         arrays |= {f"sequences/{number}/{name}": array for name, array in _arrays_of(sequence).items()}
@@ -71,6 +81,9 @@ def _arrays_of(sequence: ReferenceSequence) -> Arrays:
     }
     for extractor in sequence.extractors:
         arrays |= {f"features/{extractor.key}/{name}": array for name, array in extractor.state().items()}
+    if (its := sequence.experiences) is not None:
+        arrays |= {f"{EXPERIENCES}pointers": its.matrix.pointers, f"{EXPERIENCES}entries": its.matrix.places}
+        arrays |= {f"{EXPERIENCES}places": its.places, f"{EXPERIENCES}uses": its.uses}
     return arrays
 
 
@@ -99,7 +112,7 @@ def _parts(header: MapHeader, arrays: Arrays) -> Parts:
     )
     paths = tuple(_path(table, _under(f"paths/{number}/", arrays)) for number, table in enumerate(header.paths))
     _check(names, sequences, paths)
-    return names, sequences, paths, header.merged
+    return names, sequences, paths, header.merged, header.grown
 
 
 def _under(prefix: str, arrays: Arrays) -> Arrays:
@@ -113,7 +126,19 @@ def _sequence(table: SequenceTable, arrays: Arrays, profile: Profile) -> Referen
     extractors = tuple(_extractor(key, size, arrays, profile) for key, size in table.blocks.items())
     poses = tuple(None if math.isnan(row[0]) else Pose(*row) for row in arrays["poses"].tolist())
     odometry = arrays.get("odometry", np.zeros((0, 3)))
-    return ReferenceSequence(matrix, extractors, along, poses, profile, table.metadata, odometry)
+    experiences = _experiences(table, _under(EXPERIENCES, arrays), len(along))
+    return ReferenceSequence(matrix, extractors, along, poses, profile, table.metadata, odometry, experiences)
+
+
+def _experiences(table: SequenceTable, arrays: Arrays, count: int) -> Experiences | None:
+    """Further experiences of a sequence of ``count`` places; None where the file has none of their arrays."""
+    if not arrays:
+        return None
+    places, uses = (arrays[name].astype(np.intp, copy=False) for name in ("places", "uses"))
+    if (outside := places[places >= count]).size:
+        raise ValueError(f"sequence {table.name!r}: an experience is of place {int(outside[0])}, which is not there")
+    matrix = IncidenceMatrix.from_rows(arrays["pointers"], arrays["entries"], len(places), table.blocks)
+    return Experiences(matrix, places, uses)
 
 
 def _extractor(key: str, size: int, arrays: Arrays, profile: Profile) -> Extractor:

@@ -7,6 +7,7 @@ from typing import Any
 
 from refseq.limits import MAP_FEATURES
 from refseq.map.extractors import check_feature
+from refseq.map.growth.record import NOT_GROWN, GrowthRecord
 from refseq.map.merge_record import NOT_MERGED, MergeRecord
 from refseq.map.paths.annotations import Annotations
 from refseq.map.profile import Profile
@@ -42,6 +43,7 @@ class MapHeader:
     sequences: tuple[SequenceTable, ...]
     paths: tuple[PathTable, ...]
     merged: MergeRecord = NOT_MERGED
+    grown: GrowthRecord = NOT_GROWN
 
 
 def parse_header(content: Mapping[str, Any]) -> MapHeader:
@@ -53,6 +55,7 @@ def parse_header(content: Mapping[str, Any]) -> MapHeader:
         tuple(map(_sequence, _tables(content, "sequences"))),
         tuple(map(_path, _tables(content, "paths"))),
         MergeRecord.from_dict(content["merged"]) if "merged" in content else NOT_MERGED,
+        GrowthRecord.from_dict(content["grown"]) if "grown" in content else NOT_GROWN,
     )
 
 

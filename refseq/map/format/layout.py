@@ -44,6 +44,14 @@ SEQUENCE: Mapping[str, ArrayRule] = {
 }
 """Arrays of a sequence."""
 
+EXPERIENCES: Mapping[str, ArrayRule] = {
+    "experiences/pointers": ArrayRule("i8", ("N1",), low=0, high=np.inf, optional=True),
+    "experiences/entries": ArrayRule("i4", ("X",), low=0, high=MAP_PLACES, optional=True),
+    "experiences/places": ArrayRule("i8", ("P",), low=0, high=MAP_PLACES, optional=True),
+    "experiences/uses": ArrayRule("i8", ("P",), low=0, high=MAP_PLACES, optional=True),
+}
+"""Arrays of a sequence that later drives were added to: ``P`` experiences, ``X`` entries of their matrix."""
+
 WORDS: Mapping[str, ArrayRule] = {
     "sift": ArrayRule("u1", ("W", DESCRIPTOR_SIZE)),
     "dense": ArrayRule("i8", ("W",), low=0),
@@ -70,7 +78,8 @@ def rules_of(header: MapHeader) -> Rules:
     found: dict[str, tuple[ArrayRule, Mapping[str, int]]] = {}
     for number, table in enumerate(header.sequences):
         stem = f"sequences/{number}"
-        found |= {f"{stem}/{name}": (rule, {"N1": table.features + 1}) for name, rule in SEQUENCE.items()}
+        its = {**SEQUENCE, **EXPERIENCES}
+        found |= {f"{stem}/{name}": (rule, {"N1": table.features + 1}) for name, rule in its.items()}
         for key, size in table.blocks.items():
             if rule := WORDS.get(key.partition("/")[0]):
                 found[f"{stem}/features/{key}/words"] = rule, {"W": size}

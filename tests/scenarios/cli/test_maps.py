@@ -141,19 +141,39 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     )
     assert links in (1, 2)
     assert [path.name for path in atlas.paths] == ["west", "east"]
-    (decision,) = read_decisions(here / "joins.toml")
-    assert decision.joined
-    assert np.abs(np.subtract(decision.first, (16, 27))).max() <= 2
+    told = here / "joins.toml"
+    assert read_decisions(told) == [], "what the machine did is no word of a person"
+    told.write_text(told.read_text().replace("joined = true", "joined = false"))
+    (turned,) = read_decisions(told)
+    assert not turned.joined
+    assert np.abs(np.subtract(turned.first, (16, 27))).max() <= 2
+    refseq("map", "merge", "west.refseq", "east.refseq", "-o", "apart.refseq", "--decisions", "joins.toml")
+    assert len(Map.load(here / "apart.refseq")) == 56
+
+
+def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Path) -> None:
+    words = ["map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq"]
+    assert refseq(*words, "--write-decisions", "joins.toml").code == 0
+    assert refseq(*words, "--decisions", "joins.toml").code == 0
+    assert Map.load(here / "two.refseq").record.rulings == ()
+    # Without what the machine said it is a person's.
+    told = here / "joins.toml"
+    told.write_text("".join(line for line in told.open() if not line.startswith("machine")))
+    assert refseq(*words, "--decisions", "joins.toml", "--write-decisions", "later.toml").code == 0
+    (ruling,) = Map.load(here / "two.refseq").record.rulings
+    assert ruling.joined
+    (kept,) = read_decisions(here / "later.toml")
+    assert (kept.first, kept.second) == (ruling.first, ruling.second)
 
 
 def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path) -> None:
-    refuse = Decision("west", "east", (14, 27), (0, 11), (0, 0), False, "")
+    refuse = Decision("west", "east", (14, 27), (0, 11), (0, 0), False, BY_A_PERSON)
     write_decisions(here / "no.toml", [refuse])
     answer = refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
     assert answer.code == 0
     assert "refused" in answer.out
     assert len(Map.load(here / "two.refseq")) == 56
-    write_decisions(here / "yes.toml", [refuse, Decision("west", "east", (0, 5), (20, 25), (0, 0), True, "")])
+    write_decisions(here / "yes.toml", [refuse, Decision("west", "east", (0, 5), (20, 25), (0, 0), True, BY_A_PERSON)])
     answer = refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "yes.toml")
     assert answer.code == 0
     assert len(Map.load(here / "two.refseq")) == 50
@@ -202,12 +222,12 @@ def test_an_atlas_of_one_grows_to_what_is_merged_at_once(refseq: Refseq, here: P
 
 
 def test_a_persons_decision_survives_a_later_merge(refseq: Refseq, here: Path, third: Path) -> None:
-    write_decisions(here / "no.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), False, "")])
+    write_decisions(here / "no.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), False, BY_A_PERSON)])
     refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
     assert refseq("map", "merge", "two.refseq", "-o", "again.refseq").code == 0
     assert len(Map.load(here / "again.refseq")) == 56
     # A newer word about the same stretch holds.
-    write_decisions(here / "yes.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), True, "")])
+    write_decisions(here / "yes.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), True, BY_A_PERSON)])
     refseq("map", "merge", "again.refseq", "-o", "yes.refseq", "--decisions", "yes.toml")
     assert len(Map.load(here / "yes.refseq")) < 56
 
@@ -308,7 +328,7 @@ def test_decisions_that_contradict_each_other_are_told(
     decisions: list[tuple[str, str, tuple[int, int], tuple[int, int], bool]],
     told: str,
 ) -> None:
-    tables = [Decision(one, other, a, b, (0, 0), joined, "") for one, other, a, b, joined in decisions]
+    tables = [Decision(one, other, a, b, (0, 0), joined, BY_A_PERSON) for one, other, a, b, joined in decisions]
     write_decisions(here / "odd.toml", tables)
     maps = ["west.refseq", "east.refseq", "middle.refseq"]
     answer = refseq("map", "merge", *maps, "-o", "x.refseq", "--decisions", "odd.toml")
@@ -339,7 +359,7 @@ def test_decisions_that_contradict_each_other_are_told(
 )
 def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: str, told: str) -> None:
     (here / "bad.toml").write_text("[[join")
-    write_decisions(here / "odd.toml", [Decision("west", "moon", (0, 1), (0, 1), (0, 0), True, "")])
+    write_decisions(here / "odd.toml", [Decision("west", "moon", (0, 1), (0, 1), (0, 0), True, BY_A_PERSON)])
     answer = refseq("map", "merge", *words.split())
     assert (answer.code, answer.out) == (2, "")
     assert len(answer.err.splitlines()) == 1
@@ -393,7 +413,7 @@ def test_decisions_about_what_is_not_there(
     joined: bool,
 ) -> None:
     """None of them would ever have held, or not for the views that it names."""
-    write_decisions(here / "odd.toml", [Decision(one, other, first, second, (0, 0), joined, "")])
+    write_decisions(here / "odd.toml", [Decision(one, other, first, second, (0, 0), joined, BY_A_PERSON)])
     answer = refseq("map", "merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "odd.toml")
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(f"error: decisions: {told}")
@@ -414,7 +434,7 @@ def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
 
 
 def test_decisions_are_read_as_they_were_written(tmp_path: Path) -> None:
-    write_decisions(tmp_path / "joins.toml", DECISIONS)
+    write_decisions(tmp_path / "joins.toml", [replace(one, why=BY_A_PERSON) for one in DECISIONS])
     read = read_decisions(tmp_path / "joins.toml")
     assert [d.why for d in read] == [BY_A_PERSON] * 2
     for one, other in zip(read, DECISIONS, strict=True):

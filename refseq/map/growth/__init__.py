@@ -1,0 +1,1 @@
+"""Growth of a map: later drives as further experiences of its places."""

@@ -1,0 +1,58 @@
+"""Hindsight: where each view of a whole drive was taken, in the light of all its views, on any map."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit, logit, softmax
+
+from refseq.belief import Belief, Stage
+from refseq.fault import DeclaredFault
+from refseq.inference.chain.chain import Observation
+from refseq.inference.chain.run_out import path_smoothed
+from refseq.map.guard import SensorGuard
+from refseq.map.map import Map
+from refseq.map.stages import log_mean
+from refseq.map.trackers import tracker_for
+from refseq.view import View
+
+
+@dataclass(frozen=True, slots=True)
+class SeenView:
+    """What a localiser made of a view: probabilities of the places, (K,), which with being lost sum to 1.
+
+    ``alone`` are by the view alone, ``online`` by the views up to it, ``hindsight`` by all views of the drive.
+    """
+
+    alone: NDArray[np.float64]
+    online: NDArray[np.float64]
+    hindsight: NDArray[np.float64]
+    faults: tuple[DeclaredFault, ...]
+
+
+def seen_drive(map_: Map, views: Sequence[View], seed: int = 0) -> list[SeenView]:
+    """Localise a drive, each view alone, online and in hindsight; the map's matching has to be by log ratios."""
+    guard, tracker, network = SensorGuard(map_, seed=seed), tracker_for(Stage.CHAIN, map_), map_.network
+    alone, online, observations = [], [], list[Observation]()
+    for view in views:
+        measured = guard.match(view)
+        ratios = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
+        alone.append(_alone(ratios, map_.profile.chain.lost_at_start))
+        online.append(guard.told(tracker.update(measured)))
+        observations.append(Observation(measured[0].distance, ratios[network.places], 0.0))
+    smoothed = path_smoothed(observations, network)
+    hindsight = [np.bincount(network.places, posterior.places, len(map_)) for posterior in smoothed]
+    return [
+        SeenView(one, _on_map(belief), np.asarray(after, np.float64), belief.faults)
+        for one, belief, after in zip(alone, online, hindsight, strict=True)
+    ]
+
+
+def _alone(log_ratios: NDArray[np.float64], lost_at_start: float) -> NDArray[np.float64]:
+    on_map = expit(log_mean(log_ratios) - logit(lost_at_start))
+    return np.asarray(on_map * softmax(log_ratios), np.float64)
+
+
+def _on_map(belief: Belief) -> NDArray[np.float64]:
+    return (1 - belief.lost) * belief.places

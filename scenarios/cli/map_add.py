@@ -1,0 +1,71 @@
+"""The command ``refseq map add``: a later drive as further experiences of a map's places."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from refseq_bench.scenarios.cli.terminal.console import out, print_json
+from refseq_bench.scenarios.cli.terminal.options import (
+    LOG_KINDS,
+    Json,
+    MapFile,
+    NoisySelection,
+    Seed,
+    grouped,
+    option,
+    output,
+)
+from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive
+from refseq_bench.scenarios.tables import say
+
+ADD_HELP = """Examples:
+
+* `refseq map add map.refseq evening.mcap`
+* `refseq map add map.refseq evening.mcap -o larger.refseq`
+* `refseq map add whole.refseq evening.mcap --most 2 --well 0.8`
+
+A drive that was added before adds nothing. Exit codes: 0 done; 2 bad input: the map stays as it was."""
+
+
+@grouped
+def add(
+    map_file: MapFile,
+    drive_file: Annotated[Path, typer.Argument(metavar="DRIVE", help=f"Later drive: {LOG_KINDS}")],
+    output: Annotated[Path | None, output("Map to write (.refseq). [default: MAP itself]")] = None,
+    well: Annotated[
+        float,
+        option("SHARE", "Keep a view that by itself finds its place with less probability.", min=0, max=1),
+    ] = 0.5,
+    most: Annotated[int, option("N", "Keep at most so many further experiences of a place.", min=1, max=100)] = 3,
+    seed: Seed = 1,
+    as_json: Json = False,
+    selection: NoisySelection = NoisySelection(),
+) -> None:
+    """Let a map grow by a later drive along its paths: what was not recognised well is kept of it."""
+    from refseq.map.growth.adding import GrowthSettings, add_drive
+    from refseq_bench.scenarios.maps.sizes import size_of
+
+    target = output or map_file
+    check_output(target)
+    map_ = load_map(map_file)
+    drive = read_drive(drive_file, selection.with_noise(seed + 1))
+    rules = GrowthSettings(well=well, most=most)
+    grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
+    if not grown.known or output is not None:
+        grown.map.save(target)
+    before, after = size_of(map_), size_of(grown.map)
+    if as_json:
+        print_json(
+            {"drive": grown.drive, "known": grown.known, "placed": grown.placed, "kept": grown.kept}
+            | {"forgotten": grown.forgotten, "before": before, "after": after}
+        )
+        return
+    if grown.known:
+        say(out, f"{target}: {drive_file.name} was added before, nothing is new")
+        return
+    say(
+        out,
+        f"{target}: {grown.drive.kept} of {grown.drive.views} views kept, {grown.placed} found on the map, "
+        f"{grown.forgotten} older ones forgotten; {before.bytes} bytes before, {after.bytes} now",
+    )

@@ -1,0 +1,176 @@
+"""Adding drives to a map: what is kept, what it brings, what is forgotten, and what is refused."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from refseq import Map, MapError, Stage, add_drive, learn, localise
+from refseq.atlas.merge import merge_maps
+from refseq.map.growth.adding import Grown, GrowthSettings
+from refseq.map.profile import BEST
+from refseq.map.reduction import reduced
+from refseq.view import LASER, View
+from tests.refseq.rooms import without
+from tests.support import corridor_drive
+
+COUNT, SPACING = 44, 0.85
+CHANGED = range(16, 23)
+"""Views at which later drives meet other pictures on the walls."""
+
+
+def drive(seed: int, change: int = 0) -> list[View]:
+    """A drive whose pictures are others in the middle; ``change`` says which, 0 for those of the first drive."""
+    views = corridor_drive(np.random.default_rng(seed), count=COUNT, spacing=SPACING, size=96)
+    if not change:
+        return views
+    elsewhere = corridor_drive(np.random.default_rng(seed), count=COUNT + 200 * change, spacing=SPACING, size=96)
+    return [
+        replace(view, images=elsewhere[n + 200 * change].images, scan=None if n % 2 else view.scan)
+        if n in CHANGED
+        else view
+        for n, view in enumerate(views)
+    ]
+
+
+@pytest.fixture(scope="module")
+def map_() -> Map:
+    return learn(drive(1), profile=BEST, sensors=["forward", "lateral"], name="way")
+
+
+@pytest.fixture(scope="module")
+def grown(map_: Map) -> Grown:
+    return add_drive(map_, drive(2, 1), name="later.mcap")
+
+
+def found_alone(map_: Map, views: Sequence[View]) -> int:
+    """Number of the changed views that find their place by themselves."""
+    beliefs = localise(map_, views, stages=[Stage.UNIFORM])[Stage.UNIFORM]
+    return sum(abs(beliefs[n].best - n) <= 1 and beliefs[n].lost < 0.5 for n in CHANGED)
+
+
+def test_what_was_not_recognised_is_kept_at_its_place_and_then_is(map_: Map, grown: Grown) -> None:
+    assert grown.placed >= 0.8 * COUNT
+    kept = {view for view, _ in grown.kept}
+    assert kept <= set(CHANGED), "all else was recognised well"
+    assert len(kept) >= len(CHANGED) - 2
+    assert all(abs(view - place) <= 1 for view, place in grown.kept)
+    assert found_alone(map_, drive(3, 1)) <= 2
+    assert found_alone(grown.map, drive(3, 1)) >= len(kept)
+    assert found_alone(grown.map, drive(3)) >= len(CHANGED) - 1, "what was learnt first is not lost"
+    assert len(grown.map) == len(map_)
+    assert len(map_.grown.drives) == 0, "the map given stays as it is"
+
+
+def test_the_same_drive_adds_nothing_the_second_time(grown: Grown) -> None:
+    again = add_drive(grown.map, drive(2, 1), name="copy.mcap")
+    assert again.known
+    assert again.map.to_bytes() == grown.map.to_bytes()
+    assert again.drive.name == "later.mcap"
+
+
+def test_a_drive_that_is_recognised_well_adds_no_experience(map_: Map) -> None:
+    added = add_drive(map_, drive(2))
+    assert len(added.kept) <= 2
+    assert added.drive.kept == len(added.kept)
+    assert not added.known
+
+
+def test_a_grown_map_is_the_same_when_read_again(grown: Grown, tmp_path) -> None:
+    grown.map.save(tmp_path / "grown.refseq")
+    loaded = Map.load(tmp_path / "grown.refseq")
+    assert loaded.to_bytes() == grown.map.to_bytes()
+    assert loaded.grown == grown.map.grown
+    for one, other in zip(*(localise(m, drive(3, 1))[Stage.CHAIN] for m in (loaded, grown.map)), strict=True):
+        np.testing.assert_array_equal(one.places, other.places)
+
+
+def test_the_least_used_experience_makes_room(map_: Map) -> None:
+    rules = GrowthSettings(most=2)
+    larger, sizes = map_, []
+    for seed, change in ((2, 1), (3, 2), (4, 1)):
+        larger = add_drive(larger, drive(seed, change), settings=rules).map
+    experiences = larger.sequence.experiences
+    assert experiences is not None
+    both = np.isin(experiences.places, np.flatnonzero(np.bincount(experiences.places) == 2)) & (experiences.ranks == 0)
+    assert (experiences.uses[both] > 0).mean() > 0.7, "the third drive used those of the first"
+    for seed, change in ((5, 3), (6, 4), (7, 5)):
+        added = add_drive(larger, drive(seed, change), settings=rules)
+        larger = added.map
+        assert added.forgotten > 0
+        sizes.append(len(larger.to_bytes()))
+    experiences = larger.sequence.experiences
+    assert experiences is not None
+    assert np.bincount(experiences.places).max() == 2
+    assert max(sizes) < 1.2 * min(sizes), "a full map does not grow any more"
+    first, last, between = (found_alone(larger, drive(8, change)) for change in (1, 5, 3))
+    assert min(first, last) >= 4, f"what was used is remembered ({first}), and what came last ({last})"
+    assert between < min(first, last) - 1, f"what nothing used is forgotten ({between})"
+
+
+def test_places_taken_out_of_a_sequence_take_their_experiences_with_them(grown: Grown) -> None:
+    sequence = grown.map.sequence
+    assert sequence.experiences is not None
+    left = reduced(sequence, np.arange(20))
+    assert left.experiences is not None
+    assert left.experiences.places.max() < 20
+    assert left.matrix.N == left.experiences.matrix.N < sequence.matrix.N
+    shown = np.diff(left.matrix.pointers) + np.diff(left.experiences.matrix.pointers)
+    words = shown[: left.matrix.blocks["sift/forward"].stop]
+    assert (words > 0).all()
+
+
+def test_an_atlas_grows_along_all_its_paths() -> None:
+    views = drive(1)
+    parts = [
+        learn(part, profile=BEST, sensors=["forward", "lateral"], name=name)
+        for name, part in (("west", views[:28]), ("east", views[16:]))
+    ]
+    atlas = merge_maps(parts).map
+    assert len(atlas) < 2 * 28
+    added = add_drive(atlas, drive(2, 1))
+    places = np.concatenate([atlas.numbered(path) for path in atlas.paths])
+    views_of = {int(place): number for place, number in zip(places, [*range(28), *range(16, 44)], strict=True)}
+    assert len(added.kept) >= len(CHANGED) - 3
+    assert all(abs(views_of[place] - view) <= 1 for view, place in added.kept)
+    assert add_drive(added.map, drive(2, 1)).map is added.map
+    again = merge_maps([added.map]).map
+    assert again.grown == added.map.grown
+    assert sum(len(s.experiences or ()) for s in again.sequences) == len(added.kept)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda m, v: (m, v[:1]), "the drive has 1 view over 0.0 m; valid is a way of 3 m"),
+        (
+            lambda m, v: (m, []),
+            "the drive has no forward; valid are drives with all sensors of the map, forward, lateral",
+        ),
+        (
+            lambda m, v: (m, [without(one, "lateral") for one in v]),
+            "the drive has no lateral; valid are drives with all sensors",
+        ),
+        (lambda m, v: (m, v[::-1]), r"the drive has 44 views, of which \d+ are found on the map; valid is a drive"),
+        (lambda m, v: (learn(v, sensors=[LASER]), v), "its matching is mixture, which takes no further experiences"),
+    ],
+)
+def test_a_drive_that_cannot_be_added_is_told_in_a_line(map_: Map, change, told: str) -> None:
+    asked, views = change(map_, drive(1))
+    with pytest.raises(MapError, match=told) as raised:
+        add_drive(asked, views)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_drive_of_another_robot_is_told(map_: Map) -> None:
+    ours = map_.noted({"robot": "robuter"})
+    with pytest.raises(MapError, match="the drive is of robot segway-rmp; valid is that of the map, robuter"):
+        add_drive(ours, drive(2), metadata={"robot": "segway-rmp"})
+    assert not add_drive(ours, drive(2), metadata={"robot": "robuter"}).known
+
+
+@pytest.mark.parametrize(("wrong", "told"), [({"sure": 2.0}, "sure is 2.0"), ({"most": 0}, "0 experiences")])
+def test_wrong_rules_are_told(wrong: dict[str, float], told: str) -> None:
+    with pytest.raises(MapError, match=told):
+        GrowthSettings(**wrong)  # type: ignore[arg-type]

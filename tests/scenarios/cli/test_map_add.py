@@ -1,0 +1,130 @@
+"""``refseq map add``: a map that grows in its file, or beside it, and mistakes in one line that leave it as it was."""
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refseq.logs import RecordingWriter
+from refseq.map.learning import learn
+from refseq.map.map import Map
+from refseq.map.profile import BEST
+from refseq.planar import Pose
+from refseq.view import LASER, View
+from tests.refseq.rooms import without
+from tests.scenarios.conftest import Refseq
+from tests.support import corridor_drive
+
+COUNT = 30
+
+
+def drive(seed: int) -> list[View]:
+    return corridor_drive(np.random.default_rng(seed), count=COUNT, size=96)
+
+
+def written(path: Path, views: Sequence[View], metadata: Mapping[str, str]) -> None:
+    way = 0.0
+    with RecordingWriter(path, metadata) as writer:
+        for view in views:
+            way += view.distance
+            writer.write(view, Pose(way, 0.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A map, a drive along it of which some pictures are others, and drives and maps that do not go together."""
+    folder = tmp_path_factory.mktemp("grow")
+    views, robot = drive(1), {"robot": "robuter"}
+    learn(views, profile=BEST, metadata=robot, name="map").save(folder / "map.refseq")
+    learn(views, sensors=[LASER]).save(folder / "thesis.refseq")
+    (folder / "cut.refseq").write_bytes((folder / "map.refseq").read_bytes()[:5000])
+    (folder / "text.mcap").write_text("no log")
+    other = corridor_drive(np.random.default_rng(2), count=COUNT + 100, size=96)[100:]
+    later = drive(2)
+    later[10:16] = [replace(one, images=its.images) for one, its in zip(later[10:16], other[10:16], strict=True)]
+    written(folder / "later.mcap", later, robot)
+    written(folder / "other.mcap", later, {"robot": "segway-rmp"})
+    written(folder / "short.mcap", later[:3], robot)
+    written(folder / "one-eye.mcap", [without(view, "lateral") for view in later], robot)
+    written(folder / "back.mcap", later[::-1], robot)
+    return folder
+
+
+@pytest.fixture
+def here(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for file in made.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_map_grows_in_its_file_and_by_the_same_drive_only_once(refseq: Refseq, here: Path) -> None:
+    before = (here / "map.refseq").stat().st_size
+    answer = refseq("map", "add", "map.refseq", "later.mcap")
+    assert (answer.code, answer.err) == (0, "")
+    found = re.fullmatch(
+        r"map\.refseq: (\d+) of 30 views kept, (\d+) found on the map, 0 older ones forgotten; (\d+) bytes before, "
+        r"(\d+) now\n",
+        answer.out,
+    )
+    assert found is not None
+    kept, placed, was, now = map(int, found.groups())
+    assert 3 <= kept <= 10
+    assert placed >= 26
+    assert (was, now) == (before, (here / "map.refseq").stat().st_size)
+    assert now > was
+    content = (here / "map.refseq").read_bytes()
+    answer = refseq("map", "add", "map.refseq", "later.mcap")
+    assert (answer.code, answer.out) == (0, "map.refseq: later.mcap was added before, nothing is new\n")
+    assert (here / "map.refseq").read_bytes() == content
+
+
+def test_a_larger_map_is_written_beside(refseq: Refseq, here: Path) -> None:
+    content = (here / "map.refseq").read_bytes()
+    found = json.loads(refseq("map", "add", "map.refseq", "later.mcap", "-o", "new.refseq", "--json").out)
+    assert (here / "map.refseq").read_bytes() == content
+    assert found["drive"]["kept"] == len(found["kept"]) == len(Map.load(here / "new.refseq").sequence.experiences or ())
+    assert found["after"]["bytes"] == (here / "new.refseq").stat().st_size
+    assert not found["known"]
+    assert refseq("map", "add", "new.refseq", "later.mcap", "-o", "same.refseq").code == 0
+    assert (here / "same.refseq").read_bytes() == (here / "new.refseq").read_bytes()
+
+
+def test_what_was_added_to_a_merged_map_alone_is_not_lost_in_a_merge(refseq: Refseq, here: Path) -> None:
+    assert refseq("map", "merge", "map.refseq", "-o", "whole.refseq").code == 0
+    assert refseq("map", "add", "whole.refseq", "later.mcap").code == 0
+    answer = refseq("map", "merge", "whole.refseq", "-o", "again.refseq")
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert "whole.refseq: drive 'later.mcap' was added to it and not to its members" in answer.err
+    assert refseq("map", "merge", "whole.refseq", "-o", "again.refseq", "--keep-joins").code == 0
+    assert len(Map.load(here / "again.refseq").sequence.experiences or ()) > 0
+    assert refseq("map", "add", "map.refseq", "later.mcap").code == 0
+    assert refseq("map", "merge", "map.refseq", "-o", "whole.refseq").code == 0
+    assert refseq("map", "merge", "whole.refseq", "-o", "again.refseq").code == 0
+    assert Map.load(here / "again.refseq").grown.drives[0].name == "later.mcap"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("map.refseq other.mcap", "the drive is of robot segway-rmp; valid is that of the map, robuter"),
+        ("map.refseq one-eye.mcap", "the drive has no lateral; valid are drives with all sensors of the map"),
+        ("map.refseq short.mcap", "the drive has 3 views over 1.7 m; valid is a way of 3 m"),
+        ("map.refseq back.mcap", "the drive has 30 views, of which "),
+        ("map.refseq none.mcap", "none.mcap: "),
+        ("map.refseq text.mcap", "text.mcap: "),
+        ("cut.refseq later.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
+        ("thesis.refseq later.mcap", "its matching is mixture, which takes no further experiences"),
+        ("map.refseq later.mcap -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
+    ],
+)
+def test_what_is_wrong_is_told_in_one_line_and_the_map_stays(refseq: Refseq, here: Path, words: str, told: str) -> None:
+    before = {file.name: file.read_bytes() for file in here.iterdir()}
+    answer = refseq("map", "add", *words.split())
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert answer.err.startswith(f"error: {told}")
+    assert {file.name: file.read_bytes() for file in here.iterdir()} == before
