@@ -15,10 +15,12 @@ from pathlib import Path
 import cv2
 import matplotlib.pyplot as plt
 import numpy as np
+from numpy.typing import NDArray
 
-from refseq import Map, MapError, Recording, Stage, add_drive, learn, localise, read_recording
+from refseq import Map, MapError, Recording, add_drive, learn, read_recording
 from refseq.atlas.merge import merge_maps
 from refseq.belief import LOST_ABOVE
+from refseq.map.growth.hindsight import seen_drive
 from refseq_bench.scenarios.cli.app import exit_code
 
 WORLD, TOLERANCE = "offices", 1.5
@@ -84,17 +86,22 @@ def recorded(folder: Path, number: int, day: Day) -> Recording:
 def asked(map_: Map, drive: Recording, day: Day, name: str) -> Figures:
     """What a map answers to a drive."""
     begin = time.process_time()
-    beliefs = localise(map_, drive.views, stages=(Stage.UNIFORM, Stage.CHAIN))
+    seen = seen_drive(map_, drive.views)
     spent = (time.process_time() - begin) / len(drive.views)
-    poses = map_.poses
-    right = {}
-    for stage, answers in beliefs.items():
-        pairs = [(poses[b.best], v.truth) for b, v in zip(answers, drive.views, strict=True) if b.lost <= LOST_ABOVE]
-        near = [p and t and np.hypot(p.x - t.x, p.y - t.y) <= TOLERANCE for p, t in pairs]
-        right[stage] = 100 * sum(map(bool, near)) / len(drive.views)
+    alone, online = (success(map_, drive, [getattr(view, by) for view in seen]) for by in ("alone", "online"))
     size = len(map_.to_bytes()) / 1000
     told = day.light.partition(",")[0]
-    return Figures(day.day, day.robot, told, name, right[Stage.UNIFORM], right[Stage.CHAIN], size, 1000 * spent)
+    return Figures(day.day, day.robot, told, name, alone, online, size, 1000 * spent)
+
+
+def success(map_: Map, drive: Recording, answers: Sequence[NDArray[np.float64]]) -> float:
+    """Share of views found within the tolerance [%]; ``answers`` are probabilities of places, (K,) each."""
+    right = 0
+    for places, view in zip(answers, drive.views, strict=True):
+        pose, truth = map_.poses[int(np.argmax(places))], view.truth
+        near = pose and truth and np.hypot(pose.x - truth.x, pose.y - truth.y) <= TOLERANCE
+        right += int(bool(near) and 1 - float(places.sum()) <= LOST_ABOVE)
+    return 100 * right / len(drive.views)
 
 
 def month(folder: Path) -> list[Figures]:
