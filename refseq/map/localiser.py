@@ -7,6 +7,7 @@ from refseq.inference.chain.run_out import path_smoothed
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
+from refseq.map.scan_block import ScanBlock
 from refseq.map.stages import ChainTracker
 from refseq.map.trackers import tracker_for
 from refseq.view import View
@@ -30,16 +31,22 @@ class Localiser:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._tracker = tracker_for(stage, map_)
         self._poses = PosesBeside(map_)
+        self._block = ScanBlock(map_, self._poses)
+        self._stage = stage
+        self._last: Belief | None = None
 
     def reset(self) -> None:
         """Forget all views seen."""
         self._guard.reset()
         self._tracker.reset()
+        self._last = None
 
     def update(self, view: View) -> Belief:
         """Take the next view and answer from the views up to it."""
-        belief = self._guard.told(self._tracker.update(self._guard.match(view)))
+        measured = self._guard.match(view)
         self._poses.take(self._guard.scan)
+        belief = self._guard.told(self._tracker.update(self._block.weighed(measured, self._last)))
+        self._last = _prior(self._stage, belief)
         return self._poses.told(belief)
 
 
@@ -57,13 +64,24 @@ class StagedLocaliser:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._trackers = {stage: tracker_for(stage, map_) for stage in stages}
         self._poses = PosesBeside(map_)
+        self._block = ScanBlock(map_, self._poses)
+        self._last: dict[Stage, Belief | None] = dict.fromkeys(stages)
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""
         measured = self._guard.match(view)
         self._poses.take(self._guard.scan)
-        told = {stage: self._guard.told(tracker.update(measured)) for stage, tracker in self._trackers.items()}
+        told = {
+            stage: self._guard.told(tracker.update(self._block.weighed(measured, self._last[stage])))
+            for stage, tracker in self._trackers.items()
+        }
+        self._last = {stage: _prior(stage, belief) for stage, belief in told.items()}
         return {stage: self._poses.told(belief) for stage, belief in told.items()}
+
+
+def _prior(stage: Stage, belief: Belief) -> Belief | None:
+    """A belief as it leads to the places of the next view; None for single views, which know of none before."""
+    return None if stage is Stage.UNIFORM else belief
 
 
 def localise(
@@ -95,6 +113,11 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     """
     tracker = ChainTracker(map_.sequence)
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
-    measured = [guard.match(view)[0] for view in views]
+    poses = PosesBeside(map_)
+    block, measured = ScanBlock(map_, poses), []
+    for view in views:
+        found = guard.match(view)
+        poses.take(guard.scan)
+        measured += block.weighed(found, None)
     posteriors = path_smoothed([tracker.observation(one) for one in measured], tracker.chain)
     return [tracker.belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]

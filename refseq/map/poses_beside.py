@@ -30,21 +30,34 @@ class PosesBeside:
     def take(self, scan: Scan | None) -> None:
         """Take what the laser saw in the next view; None: nothing that could be trusted."""
         self._scan = None if scan is None else LaidScan(panorama(scan) / 100.0)
-        self._found: dict[int, PoseBeside | None] = {}
+        self._fits: dict[int, ScanFit | None] = {}
+
+    @property
+    def sees(self) -> bool:
+        """True where the view has a scan."""
+        return self._scan is not None
+
+    def fit(self, place: int) -> ScanFit | None:
+        """The view's scan laid on a place's; None where it does not lie there, or one of them is not known."""
+        if place not in self._fits:
+            kept = self._map.scan(place)
+            fit = None
+            if kept is not None and self._scan is not None:
+                fit = fitted(LaidScan(kept / 100.0), self._scan)
+            self._fits[place] = fit
+        return self._fits[place]
 
     def told(self, belief: Belief) -> Belief:
         """The belief with its pose, where there is one; what that took counts as matching."""
         if self._scan is None or belief.lost > LOST_ABOVE:
             return belief
         start = time.perf_counter()
-        if belief.best not in self._found:
-            self._found[belief.best] = self._beside(self._scan, belief.best)
+        pose = self._beside(belief.best)
         spent = belief.timings.matching + time.perf_counter() - start
-        return replace(belief, pose=self._found[belief.best], timings=replace(belief.timings, matching=spent))
+        return replace(belief, pose=pose, timings=replace(belief.timings, matching=spent))
 
-    def _beside(self, scan: LaidScan, place: int) -> PoseBeside | None:
-        kept = self._map.scan(place)
-        fit = None if kept is None else fitted(LaidScan(kept / 100.0), scan)
+    def _beside(self, place: int) -> PoseBeside | None:
+        fit = self.fit(place)
         if fit is None or fit.share < ALIKE:
             return None
         along, aside, heading = fit.motion.tolist()

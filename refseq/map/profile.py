@@ -144,6 +144,7 @@ def _change(content: dict[str, Any], change: str) -> None:
 LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
+        "log_ratio": {"scans": 0},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
     }
 )

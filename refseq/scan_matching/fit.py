@@ -37,6 +37,8 @@ BEYOND = 0.25
 """A pose may come to lie so far beyond where it was sought [m, and share of the turn]."""
 OFF_WALL, FACING = 0.3, 0.9
 """An end of a beam is not of a piece of wall that ends so far from it [m], or whose normals have a smaller product."""
+CLOSE = 0.03
+"""Ends of beams so near to a wall [m] are of it, where scores are counted. More forgives more."""
 FEWEST = 20
 """Fewer beams tell nothing."""
 
@@ -63,12 +65,14 @@ class ScanFit:
     """Where another scan was taken as seen from one: ``motion`` (3,), ahead and to the left [m], turned [rad].
 
     ``covariance`` (3, 3) is of the same. ``share`` is that of the beams that meet walls for both scans, of those whose
-    ends both could see.
+    ends both could see. ``score`` is that times the share of beams on straight walls that end at one of the other scan
+    within ``CLOSE``: a place that only looks like it leaves more of them off.
     """
 
     motion: NDArray[np.float64]
     covariance: NDArray[np.float64]
     share: float
+    score: float
 
 
 def fitted(one: LaidScan, other: LaidScan) -> ScanFit | None:
@@ -103,7 +107,9 @@ def _refined(one: LaidScan, other: LaidScan, start: NDArray[np.float64]) -> Scan
     # Of a wall whose direction is uncertain some of what it seems to tell along itself is chance.
     by_chance = (met.along * (weights * met.turns)[:, None]).T @ met.along
     covariance = np.asarray(np.linalg.inv(_without_negative(known - by_chance) + assumed), np.float64)
-    return ScanFit(motion, covariance, float(shares(one, other, motion[None])[0]))
+    share, met = float(shares(one, other, motion[None])[0]), _met(one.lines, other.lines, motion)
+    close = np.count_nonzero(np.abs(met.errors) < CLOSE) / (len(one.lines.ends) + len(other.lines.ends))
+    return ScanFit(motion, covariance, share, share * close)
 
 
 def _without_negative(information: NDArray[np.float64]) -> NDArray[np.float64]:

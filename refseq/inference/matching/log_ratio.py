@@ -31,12 +31,16 @@ class LogRatioSettings:
     ``blind``, from 0 to below 1, is the chance that a view tells nothing of its place: something covers it, lamps are
     off, it changed. With a larger one a single view rules out less. Reference views are compared with places at least
     ``apart`` [m] away, ``views`` of them at most, spread evenly, for a sample of ``scores`` at most.
+
+    ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.scan_block``), twice as
+    many while the robot may be anywhere: each takes 3 ms; 0: none.
     """
 
     blind: float = 0.2
     apart: float = 4.0
     views: int = 400
     scores: int = 200_000
+    scans: int = 0
 
     def __post_init__(self) -> None:
         """Raise ``ValueError`` for a ``blind`` that is no such chance."""

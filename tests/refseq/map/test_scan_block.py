@@ -1,0 +1,100 @@
+"""The scan as a block of its own: where words fail, and silent where nothing was asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from refseq.belief import Stage, belief_from
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser, localise, smoothed
+from refseq.map.map import Map
+from refseq.map.matcher import Matcher
+from refseq.map.poses_beside import PosesBeside
+from refseq.map.profile import BEST, Profile
+from refseq.map.scan_block import ScanBlock
+from refseq.planar import Pose
+from refseq.view import View
+from tests.refseq.map.test_poses_beside import LATER, drive
+
+REFERENCE = [Pose(1.0 + 0.85 * k, 0.0, 0.0) for k in range(28)]
+
+
+@pytest.fixture(scope="module")
+def asked() -> Map:
+    return learn(drive(REFERENCE), profile="best+log_ratio.scans=6")
+
+
+@pytest.fixture(scope="module")
+def views() -> list[View]:
+    return drive(LATER)
+
+
+def right(map_: Map, views: list[View]) -> int:
+    """Answers at the nearest place or the next one, of a robot 0.2 m aside and turned by 9°."""
+    beliefs = localise(map_, views, stages=[Stage.CHAIN])[Stage.CHAIN]
+    return sum(belief.lost <= 0.5 and abs(belief.best - k - 0.35) < 1 for k, belief in enumerate(beliefs))
+
+
+def test_scans_find_what_words_fixed_to_the_robot_do_not(asked: Map, views: list[View]) -> None:
+    words = learn(drive(REFERENCE), profile="best")
+    assert right(asked, views) >= 18
+    assert right(words, views) <= 10
+
+
+def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
+    map_ = learn(drive(REFERENCE), profile=BEST)
+    poses = PosesBeside(map_)
+    poses.take(views[3].scan)
+    measured = Matcher(map_).match(views[3])
+    assert ScanBlock(map_, poses).weighed(measured, None)[0] is measured[0]
+
+
+def test_few_places_are_weighed_and_no_other_changes(asked: Map, views: list[View]) -> None:
+    poses = PosesBeside(asked)
+    poses.take(views[3].scan)
+    (measured,) = Matcher(asked).match(views[3])
+    last = belief_from(np.exp(-np.abs(np.arange(28) - 20.0)))
+    (weighed,) = ScanBlock(asked, poses).weighed([measured], last)
+    assert measured.log_ratio is not None
+    assert weighed.log_ratio is not None
+    changed = set(np.flatnonzero(weighed.log_ratio != measured.log_ratio).tolist())
+    assert len(changed) <= 6
+    assert changed >= {20, 21, 22}  # the last belief, carried on by 0.85 m
+    assert weighed.likelihood == pytest.approx(np.exp(weighed.log_ratio) / np.exp(weighed.log_ratio).sum())
+    assert weighed.timings.matching > measured.timings.matching
+
+
+def test_places_elsewhere_average_no_more_than_one(asked: Map, views: list[View]) -> None:
+    """The promise, on another drive: a ratio above x is had by a place elsewhere in no more than 1 of x cases."""
+    poses, zero = PosesBeside(asked), belief_from(np.ones(28))
+    (measured,) = Matcher(asked).match(views[0])
+    flat = replace(measured, log_ratio=np.zeros(28))
+    ratios = []
+    block = ScanBlock(asked, poses)
+    for number, view in enumerate(views):
+        poses.take(view.scan)
+        order = np.roll(np.arange(28), -(number + 8)) % 28
+        (weighed,) = block.weighed([replace(flat, log_ratio=-1e-9 * order)], zero)
+        assert weighed.log_ratio is not None
+        far = np.abs(np.arange(28) - number) > 5
+        ratios += np.exp(weighed.log_ratio[far & (np.abs(weighed.log_ratio) > 1e-6)]).tolist()
+    assert len(ratios) > 20
+    assert np.mean(ratios) < 1.2
+
+
+def test_stages_and_localisers_agree(asked: Map, views: list[View]) -> None:
+    told = localise(asked, views[:5])
+    for stage in Stage:
+        alone = Localiser(asked, stage=stage)
+        for view, belief in zip(views[:5], told[stage], strict=True):
+            assert alone.update(view).places.tobytes() == belief.places.tobytes()
+        alone.reset()
+        assert alone.update(views[0]).places.tobytes() == told[stage][0].places.tobytes()
+    assert len(smoothed(asked, views[:5])) == 5
+
+
+def test_maps_of_before_do_not_ask() -> None:
+    content = BEST.to_dict()
+    del content["log_ratio"]["scans"]
+    assert Profile.from_dict(content) == replace(BEST, log_ratio=replace(BEST.log_ratio, scans=0))
