@@ -142,11 +142,12 @@ def drawn(found: Sequence[Figures], file: Path) -> None:
                 axis.plot([days[n] for n in mine], [values[n] for n in mine], mark, color=colour)
         axis.set_ylabel(label)
         axis.grid(alpha=0.3)
-        axis.set_ylim(bottom=0)
+        least = min(getattr(one, field) for one in found)
+        axis.set_ylim(bottom=min(80, least - 5) if label.endswith("[%]") else 0)
     axes[0].legend(loc="lower left")
+    axes[0].set_ylim(top=106)
     for one in found[::2]:
-        axes[0].annotate(one.light, (one.day, 103), ha="center", fontsize=7)
-    axes[0].set_ylim(0, 112)
+        axes[0].annotate(one.light, (one.day, 102.5), ha="center", fontsize=7)
     axes[-1].set_xlabel("day of June 2008; circles: robuter, triangles: segway_rmp")
     figure.savefig(file, dpi=110)
 
