@@ -58,6 +58,24 @@ class Moved:
         self.time += elapsed
 
 
+STANDSTILL, STEP = 120.0, 0.1
+"""An operator whose robot has come no ``STEP`` [m] further or back along the route for so long gives up [s]."""
+
+
+@dataclass(slots=True)
+class Standstill:
+    """Since when, ``time`` [s], a robot has been about as far along its route as then, ``progress`` [m]."""
+
+    progress: float
+    time: float
+
+    def too_long(self, progress: float, time: float) -> bool:
+        """True when it is no ``STEP`` from there after ``STANDSTILL``."""
+        if abs(progress - self.progress) >= STEP:
+            self.progress, self.time = progress, time
+        return time - self.time > STANDSTILL
+
+
 @dataclass(frozen=True, slots=True)
 class RecordedView:
     """A view, the odometer's pose where it was taken, and how far along the route the robot has come [m]."""
@@ -97,12 +115,13 @@ def drive_and_sense(
     """Lead the robot to the end of the operator's route; yields the views as they are taken, the first at the start.
 
     ``faults`` happen on the way. Raises ``StuckError`` when the end is not reached within ``timeout`` [s] of simulated
-    time, ``SimError`` for a fault that cannot happen on this route to this robot.
+    time or the robot comes no further for ``STANDSTILL``, ``SimError`` for a fault that cannot happen on this route to
+    this robot.
     """
     agenda = FaultSchedule(faults, bench, operator)
     agenda.look()
     yield RecordedView(bench.sense(), bench.odometry, operator.progress)
-    moved = Moved()
+    moved, stands = Moved(), Standstill(operator.progress, bench.time)
     while not operator.finished:
         before = bench.odometry
         bench.drive(operator.command(bench.time, bench.pose))
@@ -111,10 +130,9 @@ def drive_and_sense(
         if trigger.fires(moved):
             yield RecordedView(bench.sense(), bench.odometry, operator.progress)
             moved = Moved()
-        if bench.time > timeout:
-            raise StuckError(
-                f"the robot came {operator.progress:.1f} m of {operator.length:.1f} m in {timeout:.0f} s: it is stuck"
-            )
+        if bench.time > timeout or stands.too_long(operator.progress, bench.time):
+            way = f"{operator.progress:.1f} m of {operator.length:.1f} m"
+            raise StuckError(f"the robot came {way} in {bench.time:.0f} s: it is stuck")
 
 
 def operator_for(bench: Bench, seed: int, style: OperatorStyle | None = None) -> Operator:

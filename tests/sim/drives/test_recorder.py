@@ -16,7 +16,16 @@ from refseq_bench import robots
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.operator import OperatorStyle
-from refseq_bench.sim.drives.recorder import Moved, RecordedView, Trigger, describe, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import (
+    PATIENCE,
+    STANDSTILL,
+    Moved,
+    RecordedView,
+    Trigger,
+    describe,
+    drive_and_sense,
+    operator_for,
+)
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world
@@ -147,17 +156,20 @@ def test_a_recording_gives_back_what_the_robot_sensed(corridor: World, tmp_path:
         assert (view.truth.x, view.truth.y) == (one.view.truth.x, one.view.truth.y)
 
 
-def test_a_robot_that_is_stuck_is_told(corridor: World) -> None:
+@pytest.mark.parametrize(("timeout", "gave_up"), [(10.0, 10.0), (PATIENCE, STANDSTILL)])
+def test_a_robot_that_is_stuck_is_told(corridor: World, timeout: float, gave_up: float) -> None:
+    """At the latest when it has stood for two minutes: the time that it drove, some 5 s, comes on top."""
     spec = corridor.spec.copy()
     spec.worldbody.add_geom(
         name="barrier", type=mujoco.mjtGeom.mjGEOM_BOX, pos=(3.0, 0.0, 0.5), size=(0.1, 1.2, 0.5), mass=0
     )
     blocked = replace(corridor, spec=spec)
     with bench_in(blocked) as bench:
-        taken = drive_and_sense(bench, operator_for(bench, 1, PERFECT), Trigger(), timeout=10.0)
-        with pytest.raises(SimError, match=r"^the robot came 1\.\d m of 6\.0 m in 10 s: it is stuck$"):
+        taken = drive_and_sense(bench, operator_for(bench, 1, PERFECT), Trigger(), timeout=timeout)
+        with pytest.raises(SimError, match=r"^the robot came 1\.\d m of 6\.0 m in \d+ s: it is stuck$"):
             list(taken)
         assert bench.pose.x < 2.9
+        assert gave_up <= bench.time < gave_up + 15.0
 
 
 def test_a_seed_is_one_drive_of_the_person_and_another_seed_is_another(corridor: World) -> None:
