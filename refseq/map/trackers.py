@@ -93,7 +93,10 @@ def _weighed_lost(weights: Sequence[float], beliefs: Sequence[Belief]) -> NDArra
 
 
 class SureView:
-    """A sequence's answer without the chain, and 1 − H / log K_s, how sure it is (4.5, its sign as the text has it)."""
+    """A sequence's answer without the chain, and 1 − H / log K_s, how sure it is (4.5, its sign as the text has it).
+
+    Of one place (4.5) is 0 / 0. It is taken as 0: where there is no choice, its entropy says nothing of the view.
+    """
 
     def __init__(self, stage: Stage, sequence: ReferenceSequence) -> None:
         self._tracker = stage_tracker(stage, sequence)
@@ -106,7 +109,7 @@ class SureView:
         """Belief and sureness."""
         belief = self._tracker.update(measured)
         # Where all places are alike rounding may leave a hair more entropy than there can be.
-        return belief, max(0.0, 1 - normalised_entropy(belief.places))
+        return belief, max(0.0, 1 - normalised_entropy(belief.places)) if len(belief.places) > 1 else 0.0
 
 
 class SurePath:

@@ -326,3 +326,14 @@ def test_a_sequence_in_which_a_view_shows_nothing_has_no_share_less_than_none(co
     belief, sure = SureView(Stage.UNIFORM, short).update(matched)
     assert np.ptp(belief.places) == 0.0
     assert 0.0 <= sure < 1e-12
+
+
+@pytest.mark.parametrize("profile", ["thesis", "best"])
+def test_a_sequence_of_one_place_does_not_take_the_views_of_others(profile: str) -> None:
+    """Its entropy is 0 whatever is seen, so that it looked like the surest of all."""
+    legs: Mapping[str, list[Leg]] = {"one": [("A", 0, 1)], "long": [("B", 0, 17)]}
+    drives = {name: reference(way, seed) for seed, (name, way) in enumerate(legs.items())}
+    learnt = Learnt((f"{profile}/uniform",), drives, merging=False)
+    for belief in learnt.answers(TOWN.views([("B", 3, 9)], 9))[f"{profile}/uniform"]:
+        assert belief.places[0] < 0.1
+        assert belief.places.argmax() != 0
