@@ -80,7 +80,7 @@ class BandedViterbi:
         self.chain, s, along = chain, chain.settings, chain.along
         self.log_go, self.log_leave = math.log(1 - s.lost), math.log(s.lost)
         self.log_stay, self.log_found = math.log(s.stay_lost), math.log(1 - s.stay_lost)
-        self.decay = along / s.near
+        self.decay = along / s.relocalisation_range
         self.log_find = self.log_found - np.logaddexp.accumulate(-self.decay[::-1])[::-1]
         self.gap = float(np.diff(along).min())
         self.window: deque[tuple[Band, Observation]] = deque(maxlen=s.window)
@@ -95,7 +95,7 @@ class BandedViterbi:
         for row, offset in zip(height, diagonals, strict=True):
             to, source = shifted(offset, len(along))
             off = np.abs(along[to] - along[source] - distance)
-            row[to] = np.where(off <= wide, 1.0, np.where(off <= reach, motion.thin, 0.0))
+            row[to] = np.where(off <= wide, 1.0, np.where(off <= reach, motion.tail, 0.0))
             mass[source] += row[to]
         for row, offset in zip(height, diagonals, strict=True):
             to, source = shifted(offset, len(along))
