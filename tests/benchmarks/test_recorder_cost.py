@@ -117,5 +117,6 @@ def test_closed_benches_give_their_memory_back(kind: RendererKind) -> None:
         sizes.append(resident())
     print(f"\n{kind.value}: {sizes[0]:.0f} MiB before; last bench open {inside:.0f} MiB;")
     print(f"  after closing each of 4: {', '.join(f'{size:.0f}' for size in sizes[1:])} MiB")
-    # Allocators keep some of it for the next one; benches that were never freed would add up to twice one's size.
-    assert sizes[4] - sizes[2] < inside - sizes[0]
+    # Allocators keep some of it for the next one; benches that were never freed would add up to twice one's size. Both
+    # are 0 where a bench fits into what was kept of others, whose pictures were drawn before.
+    assert sizes[4] - sizes[2] <= inside - sizes[0]
