@@ -225,7 +225,7 @@ class Map:
         return Pose(x, y, wrap(place.heading + belief.pose.heading))
 
     def scan(self, place: int) -> NDArray[np.uint16] | None:
-        """What a laser saw at a place, (360,) [cm] (``refseq.scan_matching.panorama``); None where none is kept."""
+        """Ranges seen at a place, (360,) [cm] (``refseq.scan_matching.panorama``); None where none are kept."""
         view = int(self.learnt[place])
         for path in self.paths:
             if view < len(path):

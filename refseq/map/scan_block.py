@@ -83,7 +83,7 @@ class ScanBlock:
         return np.union1d(by_words[: most - many], expected)
 
     def _off(self, place: int) -> float:
-        """How far along from a place the fit puts the robot [m]: neighbours see the same walls as the nearest."""
+        """Distance along from a place to where the fit puts the robot [m]: neighbours see the same walls."""
         fit = self._poses.fit(place)
         return 0.0 if fit is None else float(fit.motion[0])
 

@@ -84,7 +84,7 @@ def recorded(folder: Path, number: int, day: Day) -> Recording:
 
 
 def asked(map_: Map, drive: Recording, day: Day, name: str) -> Figures:
-    """What a map answers to a drive."""
+    """Answers of a map to a drive."""
     begin = time.process_time()
     seen = seen_drive(map_, drive.views)
     spent = (time.process_time() - begin) / len(drive.views)

@@ -124,7 +124,7 @@ def pairs_apart(rows: Rows) -> NDArray[np.float64]:
 
 
 def reach(rows: Rows, levels: int) -> NDArray[np.uint8]:
-    """How many places, up to ``levels`` − 1, each entry is the nearest one of its row ahead and behind, (nnz,).
+    """Distance of each entry from the nearest one of its row ahead and behind, up to ``levels`` − 1 places, (nnz,).
 
     The lowest ``SIDE`` bits are for ahead. A place amid two of its row's is the earlier one's.
     """

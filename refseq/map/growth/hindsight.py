@@ -20,7 +20,7 @@ from refseq.view import View
 
 @dataclass(frozen=True, slots=True)
 class SeenView:
-    """What a localiser made of a view: probabilities of the places, (K,), which with being lost sum to 1.
+    """Answer of a localiser to a view: probabilities of the places, (K,), which with being lost sum to 1.
 
     ``alone`` are by the view alone, ``online`` by the views up to it, ``hindsight`` by all views of the drive.
     """

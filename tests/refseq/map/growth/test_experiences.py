@@ -26,7 +26,7 @@ def first() -> np.ndarray:
 
 @pytest.fixture
 def later() -> np.ndarray:
-    """What places 4, 5 and 20 showed later, and place 5 once more, (N, 4)."""
+    """Later views of places 4, 5 and 20, and of place 5 once more, (N, 4)."""
     return np.random.default_rng(2).random((N, 4)) < 0.15
 
 
