@@ -2,7 +2,8 @@
 
 ``[vary.grid]`` maps keys to lists, and every combination is a case; ``[[vary.list]]`` is a table of values a case, with
 a ``name`` where the values are too long for one; ``[vary.random]`` draws ``count`` cases from a ``seed``, each key from
-``{from, to}`` (numbers, or hours as "08:00") or ``{of}``. A key is a path into the file: ``"query.light"``.
+``{from, to}`` (numbers, or hours as "08:00") or ``{of}``. A list and a grid together are every case of the list at
+every combination of the grid. A key is a path into the file: ``"query.light"``.
 """
 
 import itertools
@@ -18,6 +19,7 @@ import numpy as np
 from refseq_bench.scenarios.errors import ScenarioError
 
 KINDS = ("grid", "list", "random")
+VALID = (*((kind,) for kind in KINDS), ("list", "grid"))
 MOST = 1000
 """Cases that one file may make."""
 LONGEST = 100
@@ -35,12 +37,15 @@ def expanded(vary: Any) -> list[tuple[str, Values]]:
     """
     if vary is None:
         return [("", {})]
-    if not isinstance(vary, dict) or len(vary) != 1 or next(iter(vary)) not in KINDS:
-        keys = ", ".join(vary) if isinstance(vary, dict) else repr(vary)
-        raise ScenarioError(f"vary: {keys or 'nothing'} is not valid; it should be one of {', '.join(KINDS)}")
-    kind, content = next(iter(vary.items()))
+    kinds = tuple(vary) if isinstance(vary, dict) else ()
+    if kinds not in VALID and kinds[::-1] not in VALID:
+        keys = ", ".join(kinds) if isinstance(vary, dict) else repr(vary)
+        valid = ", ".join(KINDS)
+        raise ScenarioError(f"vary: {keys or 'nothing'} is not valid; it should be one of {valid}, or list and grid")
+    kind = " and ".join(kinds)
     # One more than may be: a grid of ten keys is told, not built.
-    cases = list(itertools.islice({"grid": _grid, "list": _list, "random": _random}[kind](content), MOST + 1))
+    made = [{"grid": _grid, "list": _list, "random": _random}[one](vary[one]) for one in sorted(kinds, reverse=True)]
+    cases = list(itertools.islice(made[0] if len(made) == 1 else _crossed(*made), MOST + 1))
     if not 0 < len(cases) <= MOST:
         made = f"more than {MOST}" if cases else "no"
         raise ScenarioError(f"vary.{kind} makes {made} cases; valid are 1 to {MOST}")
@@ -74,6 +79,17 @@ def _list(content: Any) -> Iterator[tuple[str, Values]]:
         if name is not None and not isinstance(name, str):
             raise ScenarioError(f"vary.list: name = {name!r} is not valid; it should be a text")
         yield _named(values) if name is None else (name, values)
+
+
+def _crossed(listed: Iterator[tuple[str, Values]], combined: Iterator[tuple[str, Values]]) -> Iterator[tuple[str, Values]]:
+    """Every case of the list at every combination of the grid, named after both."""
+    grid = list(itertools.islice(combined, MOST + 1))
+    for first, values in listed:
+        for second, others in grid:
+            for key in values:
+                if key in others:
+                    raise ScenarioError(f"vary: key {key!r} is in list and grid; valid is one of them")
+            yield f"{first},{second}", {**values, **others}
 
 
 def _random(content: Any) -> Iterator[tuple[str, Values]]:
