@@ -81,9 +81,9 @@ class LongerNetwork:
 class RunOutFilter:
     """The forward filter over a network with run-outs: it takes and gives what that of the network itself does."""
 
-    def __init__(self, network: Network, reach: float) -> None:
-        self._space = LongerNetwork.of(network, reach)
-        self._filter = ForwardFilter(self._space)
+    def __init__(self, space: LongerNetwork) -> None:
+        self._space = space
+        self._filter = ForwardFilter(space)
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -103,19 +103,24 @@ def run_out(path: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
 
 def path_filter(space: Chain | Network) -> ForwardFilter | RunOutFilter:
     """The forward filter over one path or a network of them, with the run-outs that its settings ask for."""
-    if space.settings.run_out <= 0:
-        return ForwardFilter(space)
-    network = space if isinstance(space, Network) else one_path(space)
-    return RunOutFilter(network, space.settings.run_out)
+    longer = _with_run_outs(space)
+    return ForwardFilter(space) if longer is None else RunOutFilter(longer)
 
 
 def path_smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
     """The posterior at each view in the light of all, over one path or a network, with the run-outs of its settings."""
-    if space.settings.run_out <= 0:
+    longer = _with_run_outs(space)
+    if longer is None:
         return smooth(observations, space)
-    network = space if isinstance(space, Network) else one_path(space)
-    longer = LongerNetwork.of(network, space.settings.run_out)
     return [longer.folded(posterior) for posterior in smooth([longer.sight(one) for one in observations], longer)]
+
+
+def _with_run_outs(space: Chain | Network) -> LongerNetwork | None:
+    """The network with the run-outs that its settings ask for; None where they ask for none."""
+    reach = space.settings.run_out
+    if reach <= 0:
+        return None
+    return LongerNetwork.of(space if isinstance(space, Network) else one_path(space), reach)
 
 
 def one_path(chain: Chain) -> Network:

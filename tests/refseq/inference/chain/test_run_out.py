@@ -6,7 +6,7 @@ import pytest
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior
 from refseq.inference.chain.network import Network
-from refseq.inference.chain.run_out import MOST, RunOutFilter, one_path, path_filter, run_out
+from refseq.inference.chain.run_out import MOST, LongerNetwork, RunOutFilter, one_path, path_filter, run_out
 from refseq.map.profile import BEST
 from tests.refseq.chains import SPREAD, dense_start, dense_transitions
 
@@ -69,7 +69,7 @@ def test_without_a_run_out_it_is_the_plain_filter() -> None:
 def test_several_paths_each_have_their_own() -> None:
     """Two paths that share nothing and see nothing: what leaves one is lost behind its own end."""
     network = Network((np.arange(3.0), np.arange(4.0)), np.arange(7), SPREAD, SETTINGS)
-    filtered = RunOutFilter(network, 3.0)
+    filtered = RunOutFilter(LongerNetwork.of(network, 3.0))
     sight = np.where(np.arange(7) == 2, 20.0, 0.0)  # it starts at the first one's end
     for view in [sight, *[np.zeros(7)] * 3]:
         posterior = filtered.update(Observation(1.0, view, 0.0))
