@@ -15,14 +15,18 @@ def scored_together(cases: Sequence[CaseRecord]) -> CaseRecord:
     """All cases of a scenario as one, with the methods that answered some of them.
 
     Each seed counts with the mean over the cases, in which a case that a method did not answer has no right answer.
+    ``score_shared`` is the mean over the ``cases_shared`` alone, which all these methods answered; none without any.
     """
     seeds = {seed: record for case in cases for seed, record in case.seeds.items()}
     methods = dict.fromkeys(one.method for case in cases for one in case.methods)
-    scored = tuple(_scored(method, cases, list(seeds)) for method in methods)
+    shared = [case for case in cases if all(case.method(method) for method in methods)]
+    scored = tuple(_scored(method, cases, shared, list(seeds)) for method in methods)
     return cases[0].model_copy(update={"name": f"{cases[0].scenario}/{ALL}", "methods": scored, "seeds": seeds})
 
 
-def _scored(method: str, cases: Sequence[CaseRecord], seeds: Sequence[int]) -> MethodRecord:
+def _scored(
+    method: str, cases: Sequence[CaseRecord], shared: Sequence[CaseRecord], seeds: Sequence[int]
+) -> MethodRecord:
     found = [case.method(method) for case in cases]
     answered = [one for one in found if one]
     right, of = (sum(getattr(one.success, key) for one in answered) for key in ("right", "of"))
@@ -30,6 +34,8 @@ def _scored(method: str, cases: Sequence[CaseRecord], seeds: Sequence[int]) -> M
     by_seed = [fmean(_area(one, seed) for one in found) for seed in seeds]
     bounds = seeds_interval(by_seed) or (None, None)
     score = {"score": fmean(by_seed), "score_low": bounds[0], "score_high": bounds[1], "cases": len(cases)}
+    areas = [_area(case.method(method), seed) for case in shared for seed in seeds]
+    score |= {"score_shared": fmean(areas) if areas else None, "cases_shared": len(shared)}
     share = answered[0].success.model_copy(update={"right": right, "of": of, "low": low, "high": high})
     return answered[0].model_copy(update={"success": share, "figures": score, "runs": {}, "costs": {}, "digests": {}})
 

@@ -43,6 +43,17 @@ def test_score_is_the_mean_over_cases_with_an_interval_over_seeds() -> None:
     assert f"| b | {0.2 / 2:.3f} (" in text, "a case without an answer has none right"
 
 
+def test_cases_that_all_answered_have_a_score_of_their_own() -> None:
+    page = PAGE.replace("{score:.3f} ({score_low:.3f} to {score_high:.3f})", "{score_shared:.3f}").replace(
+        "in {cases}, {seeds}", "in {cases_shared} of {cases}"
+    )
+    first = of_track("one", a=[0.8, 0.9, 0.7], b=[0.1, 0.2, 0.3])
+    record = campaign(first, of_track("two", a=[0.4, 0.5, 0.6]))
+    text = filled(blocks(page, "page")[0], CampaignRuns([record]))
+    assert "| ours | 0.800 in 1 of 2 |" in text
+    assert "| b | 0.200 in 1 of 2 |" in text
+
+
 def test_training_seeds_never_reach_a_page() -> None:
     record = campaign(of_track("one", (101,), a=[0.5], b=[0.5]), of_track("two", (101,), a=[0.5], b=[0.5]))
     with pytest.raises(ScenarioError, match=r"was run on its training seeds \[101\]; valid are the seeds of the test"):
