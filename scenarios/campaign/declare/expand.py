@@ -19,7 +19,7 @@ import numpy as np
 from refseq_bench.scenarios.errors import ScenarioError
 
 KINDS = ("grid", "list", "random")
-VALID = (*((kind,) for kind in KINDS), ("list", "grid"))
+VALID = (*({kind} for kind in KINDS), {"list", "grid"})
 MOST = 1000
 """Cases that one file may make."""
 LONGEST = 100
@@ -37,15 +37,13 @@ def expanded(vary: Any) -> list[tuple[str, Values]]:
     """
     if vary is None:
         return [("", {})]
-    kinds = tuple(vary) if isinstance(vary, dict) else ()
-    if kinds not in VALID and kinds[::-1] not in VALID:
-        keys = ", ".join(kinds) if isinstance(vary, dict) else repr(vary)
+    if not isinstance(vary, dict) or set(vary) not in VALID:
+        keys = ", ".join(vary) if isinstance(vary, dict) else repr(vary)
         valid = ", ".join(KINDS)
         raise ScenarioError(f"vary: {keys or 'nothing'} is not valid; it should be one of {valid}, or list and grid")
-    kind = " and ".join(kinds)
+    kind = " and ".join(vary)
     # One more than may be: a grid of ten keys is told, not built.
-    made = [{"grid": _grid, "list": _list, "random": _random}[one](vary[one]) for one in sorted(kinds, reverse=True)]
-    cases = list(itertools.islice(made[0] if len(made) == 1 else _crossed(*made), MOST + 1))
+    cases = list(itertools.islice(_made(vary), MOST + 1))
     if not 0 < len(cases) <= MOST:
         made = f"more than {MOST}" if cases else "no"
         raise ScenarioError(f"vary.{kind} makes {made} cases; valid are 1 to {MOST}")
@@ -58,6 +56,14 @@ def expanded(vary: Any) -> list[tuple[str, Values]]:
                 "most, as [[vary.list]] can give it one"
             )
     return cases
+
+
+def _made(vary: Mapping[str, Any]) -> Iterator[tuple[str, Values]]:
+    """The cases of a valid table."""
+    if len(vary) > 1:
+        return _crossed(_list(vary["list"]), _grid(vary["grid"]))
+    kind, content = next(iter(vary.items()))
+    return {"grid": _grid, "list": _list, "random": _random}[kind](content)
 
 
 def _grid(content: Any) -> Iterator[tuple[str, Values]]:
@@ -81,7 +87,9 @@ def _list(content: Any) -> Iterator[tuple[str, Values]]:
         yield _named(values) if name is None else (name, values)
 
 
-def _crossed(listed: Iterator[tuple[str, Values]], combined: Iterator[tuple[str, Values]]) -> Iterator[tuple[str, Values]]:
+def _crossed(
+    listed: Iterator[tuple[str, Values]], combined: Iterator[tuple[str, Values]]
+) -> Iterator[tuple[str, Values]]:
     """Every case of the list at every combination of the grid, named after both."""
     grid = list(itertools.islice(combined, MOST + 1))
     for first, values in listed:

@@ -227,7 +227,10 @@ BAD = {
         HEAD + 'expect = ["success >= 0.5 over 9 seeds"]\n' + BODY,
         "expect: 'success >= 0.5 over 9 seeds': there are 5 seeds; valid is 'over' so many at most",
     ),
-    "vary's kind": (GOOD + "[vary.all]\nx = 1\n", "vary: all is not valid; it should be one of grid, list, random, or list and grid"),
+    "vary's kind": (
+        GOOD + "[vary.all]\nx = 1\n",
+        "vary: all is not valid; it should be one of grid, list, random, or list and grid",
+    ),
     "two kinds": (GOOD + '[vary.grid]\n"seeds" = [[1]]\n[vary.random]\ncount = 1\n', "vary: grid, random is not valid"),
     "a key in both kinds": (
         GOOD + '[[vary.list]]\n"query.light" = "noon"\n[vary.grid]\n"query.light" = ["18:00"]\n',

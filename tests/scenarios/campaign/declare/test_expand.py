@@ -46,3 +46,17 @@ def test_a_case_shares_with_the_file_all_but_what_it_changes():
     }
     assert table == before
     assert changed["seeds"] is table["seeds"]
+
+
+def test_a_list_at_every_combination_of_a_grid_whichever_is_written_first() -> None:
+    grid = {"query.light": ["noon", "18:00"], "reference.robot": ["robuter"]}
+    listed = [{"name": "there", "reference.route": "forward"}, {"reference.route": "reverse"}]
+    cases = expanded({"list": listed, "grid": grid})
+    assert cases == expanded({"grid": grid, "list": listed})
+    assert [name for name, _ in cases] == [
+        "there,noon,robuter",
+        "there,18:00,robuter",
+        "reverse,noon,robuter",
+        "reverse,18:00,robuter",
+    ]
+    assert cases[-1][1] == {"reference.route": "reverse", "query.light": "18:00", "reference.robot": "robuter"}
