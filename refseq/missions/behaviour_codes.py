@@ -41,6 +41,15 @@ def lengthened(behaviour: str, length: float) -> str:
             return ",".join([f"{code}:{way}", *rest.split(",")[1:]])
 
 
+def steered(behaviour: str, aside: float, turn: float) -> str:
+    """A leg that a person led, ``MN:8,1.2,0.9``, along a way ``aside`` [m] and turned by ``turn`` [degrees], to the left.
+
+    Other behaviours, which find their way by themselves, are as they were.
+    """
+    is_leg = code_of(behaviour) == GOING_ON and behaviour.count(",") == 2
+    return f"{behaviour},{aside:.2f},{turn:.1f}" if is_leg else behaviour
+
+
 def length_of(behaviour: str) -> float:
     """Length of the way that a behaviour is told [m]; 0 where it ends by itself, or is told none."""
     if not travels(behaviour):

@@ -5,6 +5,7 @@ say, and how behaviours end; it says what to do, and keeps a log that tells why.
 transitions are those of ``refseq.missions.status``.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from refseq.belief import Belief
 from refseq.missions.agenda import Agenda
-from refseq.missions.behaviour_codes import lengthened
+from refseq.missions.behaviour_codes import lengthened, steered
 from refseq.missions.language import MissionError
 from refseq.missions.log import Entry, Level
 from refseq.missions.plan import Order, Plan, Sought
@@ -285,6 +286,11 @@ class Executor:
         """Believed way to where something else begins [m]."""
         return self._agenda.end - self.along
 
+    @property
+    def _most(self) -> float:
+        """The longest way to where something else begins [m]; behind it the place is missed."""
+        return self.settings.overrun * max(self._left, 0.0) + self.settings.slack
+
     def _check(self, estimate: Estimate) -> None:
         """A view on the way."""
         if estimate is Estimate.MOVED:
@@ -294,9 +300,22 @@ class Executor:
         elif self._progress.lost:
             lost = f"lost: {self._progress.doubts} views in a row do not agree; it stands{self._told_last_sure}"
             self._become(Status.LOST, lost)
-        elif estimate is not Estimate.AGREES and self._progress.doubts == 1:
+        elif estimate is Estimate.AGREES:
+            self._steer()
+        elif self._progress.doubts == 1:
             said = "says lost" if estimate is Estimate.LOST else "says elsewhere"
             self._tell(f"a view {said}; not believed yet", Level.WARN)
+
+    def _steer(self) -> None:
+        """Begin the behaviour anew where a view tells how far beside the way that was led the robot is."""
+        beside = self._progress.beside
+        if beside is None:
+            return
+        there = steered(self.order.behaviour, -beside.aside, -math.degrees(beside.heading))
+        if there != self.order.behaviour:
+            self._number += 1
+            length = self._left if self.status is Status.APPROACHING else self._most
+            self._behaviour = lengthened(there, length)
 
     @property
     def _told_last_sure(self) -> str:
@@ -335,8 +354,7 @@ class Executor:
         elif self._left <= self.settings.approach:
             self._approach()
         else:
-            most = self.settings.overrun * max(self._left, 0.0) + self.settings.slack
-            behaviour = lengthened(self.order.behaviour, most)
+            behaviour = lengthened(self.order.behaviour, self._most)
             self._run(Status.TRAVELLING, behaviour, f"{self.order.why}; {self._left:.1f} m to go")
 
     def _approach(self) -> None:

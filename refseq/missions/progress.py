@@ -7,7 +7,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import LOST_ABOVE, Belief
+from refseq.belief import LOST_ABOVE, Belief, PoseBeside
 from refseq.missions.path import MissionPath
 
 
@@ -17,7 +17,10 @@ class ProgressSettings:
 
     A belief agrees where more than ``sure`` of its probability lies within ``near`` [m] of where the robot should be.
     Then the position goes by ``share`` of the way to what the belief says: places lie as far apart as views, and
-    between two views the odometer is the better of the two. Another position takes ``confirm`` views that agree with
+    between two views the odometer is the better of the two. Where the belief tells a pose beside its place, the share
+    is the gain of a filter whose odometer leaves a standard deviation of ``odometer`` [m] between views: a smaller one
+    trusts scans less. A robot that looks elsewhere than its place by more than ``aligned`` [rad] is in a turn, and its
+    pose tells nothing of its way. Another position takes ``confirm`` views that agree with
     each other, and is then the mean of what views say of it, until that moves it by less than ``share``. After ``lost``
     views in a row that say that it is lost, or elsewhere than on its way, it is; after twice as many, too, that each
     say something else.
@@ -26,6 +29,8 @@ class ProgressSettings:
     sure: float = 0.5
     near: float = 1.5
     share: float = 0.2
+    odometer: float = 0.125
+    aligned: float = math.radians(20)
     confirm: int = 3
     lost: int = 3
 
@@ -42,13 +47,15 @@ class Estimate(Enum):
 class ProgressFilter:
     """The position along a way [m]: the odometer carries it on, views put it right.
 
-    ``doubts`` and ``losses`` count the views in a row that did not agree, and those of them that said lost.
+    ``doubts`` and ``losses`` count the views in a row that did not agree, and those of them that said lost. ``beside``
+    is where beside the way the last view has the robot, None where it tells nothing of that.
     """
 
     def __init__(self, path: MissionPath, settings: ProgressSettings, along: float = 0.0) -> None:
         self._path, self._settings = path, settings
         self.along = along
         self.doubts = self.losses = self.agreements = 0
+        self.beside: PoseBeside | None = None
         self._other: tuple[float, int] | None = None
         self._views = math.inf  # that the position is the mean of: who set the robot down knew where
 
@@ -68,11 +75,12 @@ class ProgressFilter:
         on_way = (1.0 - belief.lost) * belief.places[self._path.places]
         if belief.lost <= LOST_ABOVE and (found := self._peak(on_way, self.along)) is not None:
             self._views += 1
-            self.along += max(self._settings.share, 1 / self._views) * (found - self.along)
+            found, share = self._measured(belief, found)
+            self.along += max(share, 1 / self._views) * (found - self.along)
             self.doubts, self.losses, self._other = 0, 0, None
             self.agreements += 1
             return Estimate.AGREES
-        self.doubts, self.agreements = self.doubts + 1, 0
+        self.doubts, self.agreements, self.beside = self.doubts + 1, 0, None
         other = (
             None if belief.lost > LOST_ABOVE else self._peak(on_way, float(self._path.along[int(np.argmax(on_way))]))
         )
@@ -80,6 +88,20 @@ class ProgressFilter:
             self.losses, self._other = self.losses + 1, None
             return Estimate.LOST
         return self._doubt(other)
+
+    def _measured(self, belief: Belief, found: float) -> tuple[float, float]:
+        """Position [m] that a view tells, and the share by which it counts; ``found`` [m] is that of its places alone."""
+        pose, settings = belief.pose, self._settings
+        ats = self._path.along[self._path.places == belief.best]
+        at = min(ats.tolist(), key=lambda at: abs(at - self.along), default=math.inf)
+        looks_along = pose is not None and abs(pose.heading) <= settings.aligned
+        self.beside = pose if looks_along and abs(at - self.along) <= settings.near else None
+        if self.beside is not None:
+            variance = float(self.beside.covariance[0, 0])
+            share = settings.odometer**2 / (settings.odometer**2 + variance)
+            if share > settings.share:  # along a bare corridor a scan tells less than the place
+                return at + self.beside.along, share
+        return found, settings.share
 
     def _doubt(self, other: float) -> Estimate:
         """A view says another position on the way; one that has been confirmed is taken."""

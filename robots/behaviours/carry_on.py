@@ -48,7 +48,8 @@ class CarryOn(Guarded):
     """Go on for ``length`` [m] along the way it looks: in the middle of a corridor, along a wall, or straight on.
 
     Where it is told how far the walls to the ``left`` and ``right`` are [m], 0: none, it keeps to these alone, as far
-    as they are there; where they are not, it goes on as a long wall beside it leads, and straight on without any. It
+    as they are there; where they are not, it goes on as a long wall beside it leads, and straight on without any. Its
+    way may be another than where it looks: ``aside`` [m] to the left of it, and turned to the left by ``turn`` [rad]. It
     passes what stands in the way where there is room; else it waits, and fails in the end, or is done where no more
     than half a metre is left of a longer way.
     """
@@ -59,12 +60,15 @@ class CarryOn(Guarded):
         length: float,
         left: float | None = None,
         right: float = 0.0,
+        aside: float = 0.0,
+        turn: float = 0.0,
         *,
         patience: float = PATIENCE,
     ) -> None:
         super().__init__(robot, patience)
         self._length = length
         self._walls = None if left is None else (left, -right)
+        self._aside, self._turn = aside, turn
         self._around, self._travelled = Surroundings(robot), Travelled()
         self._way: DirectedLine | None = None
         self._gone = 0.0
@@ -77,7 +81,7 @@ class CarryOn(Guarded):
         self._gone = travelled = self._travelled.so_far(senses)
         if self._length - travelled < ARRIVED:
             return finished(f"went on for {travelled:.2f} m")
-        way = self._way or DirectedLine.through(pose)
+        way = self._way or DirectedLine.through(pose).at(0.0, self._aside, self._turn)
         self._way = way = self._found(way, pose) if self._around.fresh else way
         error, seen = way.pose(pose), way.seen(self._around.all)
         left = self._length - travelled

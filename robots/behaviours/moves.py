@@ -40,6 +40,11 @@ def driven(robot: RobotDescription, points: Points, turn_rate: float, left: floa
     return _clear(robot, points, wanted)
 
 
+def fits_arc(robot: RobotDescription, points: Points, curvature: float) -> bool:
+    """True where an arc of ``curvature`` [1/m] is free for as long as a robot needs to set out on it."""
+    return free_ahead(points, robot.shape, curvature, LOOK) > ENOUGH
+
+
 def turned(robot: RobotDescription, points: Points, left: float) -> BehaviourStep:
     """Turn on the spot with ``left`` [rad] to go, where the ``points`` let it."""
     near = blocks_turn(points, robot.shape, left)

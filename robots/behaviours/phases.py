@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, waiting
-from refseq_bench.robots.behaviours.moves import CREEP, driven, turned
+from refseq_bench.robots.behaviours.moves import CREEP, driven, fits_arc, turned
 from refseq_bench.robots.behaviours.sensing.lanes import lane_past
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
 from refseq_bench.robots.behaviours.sensing.sonar_ring import SonarEchoes
@@ -63,17 +63,20 @@ class Turning:
 class Arc:
     """Drive on an arc of ``radius`` [m] until the odometer shows the heading ``target`` [rad], which is not wrapped.
 
-    The heading follows the way that is gone, as a robot that balances turns before it gets going. Where there is no
-    room it drives a wider arc, or turns on the spot.
+    The heading follows the way that is gone, as a robot that balances turns before it gets going. Where something
+    stands on the arc it turns the rest on the spot, or drives a wider arc where there is no room for that.
     """
 
     def __init__(self, robot: RobotDescription, target: float, radius: float) -> None:
         self._robot, self._target, self._radius = robot, target, radius
         self._travelled = Travelled()
         self._angle: float | None = None
+        self._rest: Turning | None = None
 
     def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
         """Say how to drive now."""
+        if self._rest is not None:
+            return self._rest.step(senses, around)
         pose, gone = senses.pose, self._travelled.so_far(senses)
         left = self._target - pose.heading
         self._angle = self._angle or left
@@ -82,16 +85,16 @@ class Arc:
             return None
         if around.lost:
             return waiting(around.lost)
+        points = around.points(pose)
+        if not fits_arc(self._robot, points, sense / self._radius) and not turned(self._robot, points, left).why:
+            # On a wider arc it would use up the room that it has, and meet the same thing a little farther on.
+            self._rest = Turning(self._robot, self._target)
+            return self._rest.step(senses, around)
         behind = min(gone / self._radius, abs(self._angle)) - (abs(self._angle) - left * sense)
         limits, way = self._robot.limits, self._radius * abs(left)
         fastest = max(speed_for(limits, limits.speed, way), CREEP) / self._radius
         rate = max(senses.state.twist.linear, CREEP) / self._radius + TURN_GAIN * behind
-        points = around.points(pose)
-        step = driven(self._robot, points, sense * min(max(rate, 0.0), fastest), way)
-        if not step.why:
-            return step
-        about = turned(self._robot, points, left)
-        return step if about.why else about
+        return driven(self._robot, points, sense * min(max(rate, 0.0), fastest), way)
 
 
 class Straight:

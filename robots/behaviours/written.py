@@ -174,6 +174,10 @@ KINDS: tuple[BehaviourKind, ...] = (
             Argument("length", "of the way [m]", _LENGTH),
             Argument("left", "from the middle of the axle to the wall that it keeps to [m], 0: none", _ASIDE, True),
             Argument("right", "likewise", _ASIDE, True),
+            Argument(
+                "aside", "of its way, to the left of where it stands [m]", number(-FIRST_REACH, FIRST_REACH, "m"), True
+            ),
+            Argument("turn", "of its way, to the left of where it looks [degrees]", degrees(90), True),
         ),
         lambda robot, finder, *values: CarryOn(robot, *values),
         "MN:2.5,0.9",

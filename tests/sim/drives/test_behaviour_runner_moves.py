@@ -188,4 +188,6 @@ def test_with_a_wall_right_before_it_it_turns_on_the_spot_where_it_was_to_drive_
     done = behaved(corridor(8), "robuter", "MT:-90,0.5", (7.36, 0.0, 0.0))
     assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert done.rest.heading == pytest.approx(-math.pi / 2, abs=0.05)
+    # All of it: where it drove on half-way round, it ran out of room between a wall and a bin.
+    assert (done.rest.x, done.rest.y) == pytest.approx((7.36, 0.0), abs=0.1)
     assert not done.touched
