@@ -42,9 +42,9 @@ def lengthened(behaviour: str, length: float) -> str:
 
 
 def steered(behaviour: str, aside: float, turn: float) -> str:
-    """A leg that a person led, ``MN:8,1.2,0.9``, along a way ``aside`` [m] and turned by ``turn`` [degrees], to the left.
+    """A led leg, such as ``MN:8,1.2,0.9``, on a way ``aside`` [m] and turned by ``turn`` [degrees], both to the left.
 
-    Other behaviours, which find their way by themselves, are as they were.
+    Other behaviours find their way by themselves, and are as they were.
     """
     is_leg = code_of(behaviour) == GOING_ON and behaviour.count(",") == 2
     return f"{behaviour},{aside:.2f},{turn:.1f}" if is_leg else behaviour

@@ -90,7 +90,7 @@ class ProgressFilter:
         return self._doubt(other)
 
     def _measured(self, belief: Belief, found: float) -> tuple[float, float]:
-        """Position [m] that a view tells, and the share by which it counts; ``found`` [m] is that of its places alone."""
+        """Position [m] that a view tells, and the share that it counts; ``found`` [m] is that of its places alone."""
         pose, settings = belief.pose, self._settings
         ats = self._path.along[self._path.places == belief.best]
         at = min(ats.tolist(), key=lambda at: abs(at - self.along), default=math.inf)

@@ -49,8 +49,8 @@ class CarryOn(Guarded):
 
     Where it is told how far the walls to the ``left`` and ``right`` are [m], 0: none, it keeps to these alone, as far
     as they are there; where they are not, it goes on as a long wall beside it leads, and straight on without any. Its
-    way may be another than where it looks: ``aside`` [m] to the left of it, and turned to the left by ``turn`` [rad]. It
-    passes what stands in the way where there is room; else it waits, and fails in the end, or is done where no more
+    way may be another than where it looks: ``aside`` [m] to the left of it, and turned to the left by ``turn`` [rad].
+    It passes what stands in the way where there is room; else it waits, and fails in the end, or is done where no more
     than half a metre is left of a longer way.
     """
 

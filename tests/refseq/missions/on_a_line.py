@@ -119,7 +119,7 @@ class Line:
             self.executor.ended(False, "something is in the way")
             return
         if code in ("MN", "MW") or (code == "MA" and rest.endswith(",0")):
-            length = float(rest.split(",")[0 if code == "MA" else -1])
+            length = float(rest.split(",")[2 if code == "MW" else 0])
             speed, over = SPEED, self.travelled + SPEED * STEP - start >= length
         else:
             seconds, metres = ENDS[code]

@@ -1,10 +1,12 @@
 """What a mission knows of behaviours' words agrees with what the robots' own reader says."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.missions.behaviour_codes import SHORTEST, code_of, kind_of, lengthened, travels
+from refseq.missions.behaviour_codes import SHORTEST, code_of, kind_of, lengthened, steered, travels
 from refseq_bench.robots.behaviours.written import KINDS, parse_behaviour
 
 GO = ["MN:8", "MW:left,0.6", "MW:right,1.25,5", "MA:3,0", "MA:0.5,0.0"]
@@ -25,6 +27,20 @@ END = [
 FROM_STRINGS = ["MN", "MA", "MW:right,1"]
 """As a mission string's behaviours are written, without a length."""
 lengths = st.floats(0.0, 999.0)
+
+
+@given(st.floats(-1.2, 1.2), st.floats(-20, 20), lengths)
+def test_a_steered_leg_is_read_with_its_way_and_told_any_length(aside: float, turn: float, length: float) -> None:
+    there = steered("MN:8,1.25,0.9", aside, turn)
+    told, left, right, *way = parse_behaviour(lengthened(there, length)).values
+    assert (left, right) == (1.25, 0.9)
+    assert told == pytest.approx(max(length, SHORTEST), abs=0.005)
+    assert way == [pytest.approx(aside, abs=0.005), pytest.approx(math.radians(turn), abs=math.radians(0.05))]
+
+
+@pytest.mark.parametrize("words", [*GO, *END, "MN", "MN:8,1.2"])
+def test_only_led_legs_are_steered(words: str) -> None:
+    assert steered(words, 0.3, 5.0) == words
 
 
 @pytest.mark.parametrize("words", GO)

@@ -1,5 +1,6 @@
 """The executor against scripted beliefs with every kind of error: what is run, where, and what is said of it."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
@@ -8,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from refseq.belief import Belief
+from refseq.belief import Belief, pose_beside
 from refseq.missions.executor import Executor, ExecutorSettings, Status
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import Order, Plan, as_learnt
 from refseq.missions.tasks import Call, Photograph, Wait
-from tests.refseq.missions.on_a_line import STEP, Line, Script, flat, lost, right, seen_at, way
+from tests.refseq.missions.on_a_line import SPEED, STEP, Line, Script, flat, lost, right, seen_at, way
 
 TOLD = {0: "MN:12", 12: "MT:90", 13: "MW:left,0.8,18"}
 """Straight on for 12 m, a turn, and along a wall to 30 m."""
@@ -195,6 +196,45 @@ def test_a_mission_that_begins_with_a_turn_turns() -> None:
             ]
     line = Line(learnt(of, localised=False), None).run()
     assert line.words == ["MT", "MN"]
+
+
+# --- beside the way ---
+
+LEG = way(30.0, told={0: "MN:30,1.2,0"})
+
+
+def with_pose(of: MissionPath, aside: float, heading: float) -> Script:
+    """Right beliefs whose poses tell to the centimetre where beside the nearest place the robot is."""
+
+    def script(number: int, x: float) -> Belief:
+        belief = seen_at(of.along, x)
+        pose = pose_beside((x - float(of.along[belief.best]), aside, heading), np.eye(3) * 1e-4)
+        return replace(belief, pose=pose)
+
+    return script
+
+
+def test_a_led_leg_is_steered_back_onto_its_way() -> None:
+    line = Line(learnt(LEG), with_pose(LEG, 0.25, math.radians(-3))).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    steered = [one.words for one in line.begun if one.words.endswith(",1.2,0,-0.25,3.0")]
+    assert len(steered) > 20  # at each view on the way
+    assert len(line.executor.log) < 8  # of which the log is spared
+
+
+def test_what_finds_its_way_by_itself_is_not_steered() -> None:
+    line = Line(learnt(), with_pose(WAY, 0.25, 0.0)).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == DONE
+    assert not any("-0.25" in one.words for one in line.begun)
+
+
+@pytest.mark.parametrize("grip", [0.9, 1.1])
+def test_the_last_metres_are_put_right_where_poses_tell_them(grip: float) -> None:
+    """What is left is the slip since the last view, not that of the last metre and a half."""
+    line = Line(learnt(LEG), with_pose(LEG, 0.0, 0.0), grip=grip).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.x == pytest.approx(30.0, abs=0.1 + STEP * SPEED)
 
 
 # --- lost ---

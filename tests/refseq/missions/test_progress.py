@@ -1,11 +1,13 @@
 """Where a robot is on its way: right views keep it right, single wrong ones do not move it, agreeing ones do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from refseq.belief import Belief
+from refseq.belief import Belief, pose_beside
 from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
 from tests.refseq.missions.on_a_line import flat, lost, seen_at, way
 
@@ -57,13 +59,44 @@ def test_an_odometer_that_drifts_by_three_percent_is_put_right(scale: float, see
         where.move(scale)
 
 
+def beside(place: int, along: float, deviation: float, heading: float = 0.0) -> Belief:
+    """A belief in a place, with a pose beside it whose ``along`` has a standard ``deviation`` [m]."""
+    pose = pose_beside((along, 0.1, heading), np.diag([deviation**2, 1e-4, 1e-4]))
+    return replace(seen_at(WAY.along, float(place), width=0.2), pose=pose)
+
+
+@some
+@given(st.floats(-0.6, 0.6), st.floats(0.0, 0.24))
+def test_a_pose_beside_the_place_counts_by_its_variance(along: float, deviation: float) -> None:
+    """Two measurements of one position, by the odometer and by the scan, weighed by the inverse of their variances."""
+    where = settled(30.0)
+    assert where.update(beside(30, along, deviation)) is Estimate.AGREES
+    weights = np.array([1 / TRUST.odometer**2, 1 / max(deviation, 1e-6) ** 2])
+    assert where.along == pytest.approx(float(weights @ [30.0, 30.0 + along]) / weights.sum(), abs=1e-6)
+    assert where.beside is not None
+
+
+@pytest.mark.parametrize(("deviation", "heading", "kept"), [(0.5, 0.0, True), (0.01, 0.5, False)])
+def test_a_pose_that_tells_less_than_its_place_or_is_in_a_turn_moves_nothing(
+    deviation: float, heading: float, *, kept: bool
+) -> None:
+    where, without = settled(30.0), settled(30.0)
+    where.update(beside(31, -0.6, deviation, heading))
+    without.update(replace(beside(31, -0.6, deviation, heading), pose=None))
+    assert where.along == without.along
+    # Along a bare corridor it still tells how far aside the robot is.
+    assert (where.beside is not None) is kept
+
+
 @some
 @given(st.sampled_from(KINDS), st.floats(0.0, 60.0))
 def test_a_single_wrong_view_does_not_move_it(kind: str, x: float) -> None:
     where = settled(x)
     before = where.along
-    assert where.update(wrong(kind, x)) in (Estimate.DOUBTS, Estimate.LOST)
+    pose = pose_beside((0.5, 0.5, 0.1), np.eye(3) * 1e-4)
+    assert where.update(replace(wrong(kind, x), pose=pose)) in (Estimate.DOUBTS, Estimate.LOST)
     assert where.along == before
+    assert where.beside is None
     assert not where.lost
     assert where.update(seen_at(WAY.along, x)) is Estimate.AGREES
     assert where.doubts == where.losses == 0

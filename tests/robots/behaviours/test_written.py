@@ -48,7 +48,7 @@ def test_a_behaviour_is_read_as_it_is_written(text: str, values: tuple[object, .
 
 FORMS = (
     "MA:x,y[,heading], MT:angle[,radius], MO[:bearing], MW:side,distance[,length], MC[:side], "
-    "MN:length[,left][,right], stop"
+    "MN:length[,left][,right][,aside][,turn], stop"
 )
 
 
@@ -69,6 +69,8 @@ FORMS = (
         ("MW:left,9", "behaviour 'MW:left,9': distance '9': valid is a number from 0.1 to 2.5 m"),
         ("MW:left,1,-2", "behaviour 'MW:left,1,-2': length '-2': valid is a number from 0.01 to 1000 m"),
         ("MN:", "behaviour 'MN:': length '': valid is a number from 0.01 to 1000 m"),
+        ("MN:1,0,0,3", "behaviour 'MN:1,0,0,3': aside '3': valid is a number from -2.5 to 2.5 m"),
+        ("MN:1,0,0,0,91", "behaviour 'MN:1,0,0,0,91': turn '91': valid is a number from -90 to 90 degrees"),
         ("stop:1", "behaviour 'stop:1': 1 values: valid is stop, such as stop"),
     ],
 )

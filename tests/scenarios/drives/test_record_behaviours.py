@@ -95,7 +95,7 @@ def test_from_the_command_line(plan: str, tmp_path: Path, refseq: Refseq) -> Non
     ("words", "told"),
     [
         ("MN:1 fly", "unknown behaviour 'fly': valid are "),
-        ("MN:1 MN", "behaviour 'MN': 0 values: valid is MN:length[,left][,right], such as MN:2.5,0.9"),
+        ("MN:1 MN", "behaviour 'MN': 0 values: valid is MN:length[,left][,right][,aside][,turn], such as MN:2.5,0.9"),
         ("MT:1000", "behaviour 'MT:1000': angle '1000': valid is a number from -360 to 360 degrees, but not 0"),
         ("MN:1,MT:90", "behaviour 'MN:1,MT:90': left 'MT:90': valid is a number from 0 to 2.5 m"),
         ("MN:1 MW:left,0.11", "behaviour 'MW:left,0.11': distance 0.11 m to a wall: valid is "),

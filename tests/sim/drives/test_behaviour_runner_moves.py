@@ -55,6 +55,18 @@ def test_it_turns_on_an_arc_whose_end_is_known(room: World, robot: str) -> None:
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
+def test_it_carries_on_along_a_way_beside_it(room: World, robot: str) -> None:
+    done = behaved(room, robot, "MN:5,0,0,0.3,-4", (2.0, 0.2, 0.1))
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
+    heading = 0.1 - math.radians(4)
+    # The way goes through a point 0.3 m to the left of where the robot looks.
+    x, y = done.rest.x - (2.0 - 0.3 * math.sin(0.1)), done.rest.y - (0.2 + 0.3 * math.cos(0.1))
+    assert y * math.cos(heading) - x * math.sin(heading) == pytest.approx(0.0, abs=0.05)
+    assert done.rest.heading == pytest.approx(heading, abs=math.radians(2))
+    assert not done.touched
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize(("x", "y", "heading"), [(3, 0.5, 90), (-1.5, -0.3, None)])
 def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, heading: float | None) -> None:
     text = f"MA:{x},{y}" + ("" if heading is None else f",{heading}")
