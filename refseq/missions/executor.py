@@ -80,7 +80,7 @@ class Executor:
         self._last_sure: int | None = None  # the place of which the last view says that it got lost behind it
         self._kidnapped = False  # while it stood, views agreed that it is elsewhere
         self._number = 0
-        self._behaviour = ""
+        self._behaviour = self._ordered = ""  # the one in force, and as it was before views steered it
         self._begun_at = 0.0  # where the odometer was when the present order began
         self._began = 0.0  # and when
         self._tasks: list[Task] = []
@@ -196,6 +196,11 @@ class Executor:
         """The command in force."""
         task = self._tasks[0] if self.status is Status.AT_TASK and self._tasks else None
         return Do(self._number, self._behaviour, not self.status.moving, None if isinstance(task, Wait) else task)
+
+    @property
+    def doing(self) -> str:
+        """The behaviour that moves the robot, without what steers it from view to view; empty where it stands."""
+        return self._ordered if self.status.moving else ""
 
     @property
     def time(self) -> float:
@@ -363,7 +368,7 @@ class Executor:
 
     def _run(self, status: Status, behaviour: str, why: str) -> None:
         self._number += 1
-        self._behaviour = behaviour
+        self._behaviour = self._ordered = behaviour
         self._become(status, f"{behaviour}: {why}")
 
     def _resume_at(self, along: float) -> None:

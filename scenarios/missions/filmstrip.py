@@ -35,7 +35,7 @@ class Bystander:
 
     def __call__(self, executor: Executor, bench: Bench) -> None:
         """A control period has gone by."""
-        doing = executor.do.behaviour if executor.status.moving else executor.status.value
+        doing = executor.doing or executor.status.value
         if bench.time < self._due and doing == self._doing:
             return
         self._chase_camera = self._chase_camera or ChaseCamera(bench)

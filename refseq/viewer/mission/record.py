@@ -38,7 +38,6 @@ class Instant:
     @classmethod
     def of(cls, executor: Executor, truth: Pose | None) -> "Instant":
         """The executor's state."""
-        doing = executor.do.behaviour if executor.status.moving else ""
         return cls(
             time=executor.time,
             travelled=executor.travelled,
@@ -46,7 +45,7 @@ class Instant:
             along=executor.along,
             status=executor.status,
             order=executor.number,
-            doing=doing,
+            doing=executor.doing,
             tasks=tuple(map(str, executor.tasks)),
         )
 

@@ -77,7 +77,7 @@ class MissionWatch:
             "status": executor.status.value,
             "over": executor.status.over,
             "time": round(executor.time, 2),
-            "doing": executor.do.behaviour if executor.status.moving else "",
+            "doing": executor.doing,
             "order": executor.number,
             "tasks": [str(task) for task in executor.tasks],
             "along": round(float(executor.along), 2),

@@ -215,11 +215,14 @@ def with_pose(of: MissionPath, aside: float, heading: float) -> Script:
 
 
 def test_a_led_leg_is_steered_back_onto_its_way() -> None:
-    line = Line(learnt(LEG), with_pose(LEG, 0.25, math.radians(-3))).run()
+    shown: list[str] = []
+    line = Line(learnt(LEG), with_pose(LEG, 0.25, math.radians(-3)))
+    line.run(each=lambda line: shown.append(line.executor.doing))
     assert line.executor.status is Status.COMPLETED, told(line)
     steered = [one.words for one in line.begun if one.words.endswith(",1.2,0,-0.25,3.0")]
     assert len(steered) > 20  # at each view on the way
-    assert len(line.executor.log) < 8  # of which the log is spared
+    assert len(line.executor.log) < 8  # of which the log is spared, and whoever shows the behaviour
+    assert not any(words.count(",") > 2 for words in shown)
 
 
 def test_what_finds_its_way_by_itself_is_not_steered() -> None:

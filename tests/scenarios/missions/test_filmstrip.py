@@ -25,7 +25,7 @@ def seen(every: float, moments: list[tuple[float, str, Status]], monkeypatch: py
     monkeypatch.setattr(filmstrip, "ChaseCamera", Camera)
     bystander: Any = Bystander(every)
     for time, behaviour, status in moments:
-        doing = SimpleNamespace(do=SimpleNamespace(behaviour=behaviour), status=status, along=time / 2)
+        doing = SimpleNamespace(doing=behaviour if status.moving else "", status=status, along=time / 2)
         bystander(doing, SimpleNamespace(time=time))
     assert len(made) <= 1
     return list(bystander.frames)

@@ -144,7 +144,7 @@ def test_beams_are_drawn_from_where_the_robot_is() -> None:
     view = View(1.0, scan=Scan(np.array([2.0, 1, 1, 1, 40], np.float32), start=0.0, step=np.pi / 8))
     watch.saw(view, belief_from([0.0, 1.0]))
     executor: Any = SimpleNamespace(
-        status=Status.TRAVELLING, time=0.1, do=SimpleNamespace(behaviour="MN"), number=0, tasks=(), along=0.5, log=[]
+        status=Status.TRAVELLING, time=0.1, doing="MN", number=0, tasks=(), along=0.5, log=[]
     )
     watch.look(executor, SimpleNamespace(pose=Pose(3.0, 1.0, np.pi / 2)))  # type: ignore[arg-type]
     news = watch.news(0, 0, 0)
