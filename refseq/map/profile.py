@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
+from functools import cache
 from types import MappingProxyType
 from typing import Any, Self, get_type_hints
 
@@ -151,9 +152,15 @@ LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
 """Settings that maps of earlier versions lack, with the values that do as those versions did."""
 
 
+@cache
+def _types_of(kind: Any) -> Mapping[str, Any]:
+    """Types of a part's settings, which are written as text there and read slowly."""
+    return MappingProxyType(get_type_hints(kind))
+
+
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
     given = content.get(name)
-    types = get_type_hints(kind)
+    types = _types_of(kind)
     if not isinstance(given, dict):
         raise ValueError(f"profile.{name} is {given!r:.60}; valid is a table of {', '.join(sorted(types))}")
     values = {**LATER.get(name, {}), **given}

@@ -10,6 +10,7 @@ import numpy as np
 
 from refseq.view import LASER
 from refseq_bench import robots
+from refseq_bench.robots import Robot
 from refseq_bench.robots.behaviours.written import parse_behaviour
 from refseq_bench.scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
@@ -32,7 +33,7 @@ def named(table: str) -> Iterator[None]:
 
 def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
     """Raise the rooms' own errors for a drive that cannot be driven, or shows nothing to those ``sensors``."""
-    robot = robots.load(drive.robot)
+    robot = _robot(drive.robot)
     check_sensors(tuple(sensors or ()), robot)
     if drive.renderer is RendererKind.NONE and LASER not in (sensors or (LASER,)):
         raise ScenarioError(
@@ -55,7 +56,13 @@ def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
 def check_signal_faults(drive: Drive, faults: Sequence[SignalFault]) -> None:
     """Raise ``ScenarioError`` for a fault of a camera that the robot does not have."""
     for fault in faults:
-        check_sensors(fault.cameras, robots.load(drive.robot))
+        check_sensors(fault.cameras, _robot(drive.robot))
+
+
+@cache
+def _robot(name: str) -> Robot:
+    """A robot that is looked at and not driven; hundreds of cases name the same."""
+    return robots.load(name)
 
 
 def check_route(drive: Drive) -> float:
