@@ -66,7 +66,8 @@ def learn(
     if most_informative is not None:
         sequence = with_most_informative(sequence, most_informative)
     scans = panoramas(drive if LASER in wanted else [])
-    return Map.of(sequence, name, annotations_of(drive), scans)
+    times = np.array([view.time for view in drive], np.float64)
+    return Map.of(sequence, name, annotations_of(drive), scans, times)
 
 
 def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:

@@ -62,11 +62,16 @@ class Map:
         name: str = "",
         annotations: Annotations | None = None,
         scans: NDArray[np.uint16] | None = None,
+        times: NDArray[np.float64] | None = None,
     ) -> Self:
-        """A map of one path, through all places of a sequence, with the ``scans`` (K, 360) of a laser there."""
+        """A map of one path, through all places of a sequence.
+
+        ``scans`` (K, 360) are those of a laser there, ``times`` (K,) [s] the stamps of the views in their recording.
+        """
         along = sequence.along - sequence.along[0]
         path = MapPath(name, along, np.zeros(len(along), np.intp), np.arange(len(along)), annotations or Annotations())
         path = path if scans is None else replace(path, scans=scans)
+        path = path if times is None else replace(path, times=times)
         return cls((name,), (sequence,), (path,))
 
     @classmethod

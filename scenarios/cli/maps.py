@@ -96,7 +96,7 @@ def learn(
 
 * `refseq map merge east.refseq west.refseq -o whole.refseq`
 * `refseq map merge whole.refseq north.refseq -o larger.refseq --write-decisions joins.toml`
-* `refseq map merge east.refseq west.refseq -o whole.refseq --page joins.html`
+* `refseq map merge east.refseq west.refseq -o whole.refseq --page joins.html --recordings drives`
 * `refseq map merge whole.refseq -o whole.refseq --decisions joins.toml`""",
 )
 def merge(
@@ -108,6 +108,13 @@ def merge(
     ] = None,
     page: Annotated[
         Path | None, option("FILE", "Page to look at the joins and to decide about them, to write (.html).")
+    ] = None,
+    recordings: Annotated[
+        list[Path] | None,
+        option(
+            "FILE",
+            "Recording of a map, or a folder of them, for the page's pictures; may be repeated.",
+        ),
     ] = None,
     confirm: Annotated[bool, flag("--confirm", "Ask about every join on the terminal.")] = False,
     min_overlap: MinOverlap = 5.0,
@@ -126,8 +133,12 @@ def merge(
     from refseq_bench.scenarios.maps import joins, members
     from refseq_bench.scenarios.maps.checks import check_agreeing, read_maps
     from refseq_bench.scenarios.maps.joins_page import write_joins_page
+    from refseq_bench.scenarios.maps.view_pictures import check_recordings
 
     check_output(output, write_decisions, page)
+    if recordings and page is None:
+        raise ScenarioError("--recordings has pictures for the page of --page; valid is to ask for that as well")
+    check_recordings(recordings or [])
     for beside, what in ((write_decisions, "its decisions"), (page, "its page")):
         if beside is not None and beside.resolve() == output.resolve():
             raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
@@ -141,7 +152,7 @@ def merge(
     if write_decisions is not None:
         joins.write_decisions(write_decisions, merged.decisions)
     if page is not None:
-        write_joins_page(page, merged, f"Joins of {output.name}")
+        write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
     answers = [decision for decision in merged.decisions if decision.why == joins.BY_A_PERSON]
     whole = merged.map
     if all(one.has_one_path for one in read):

@@ -1,7 +1,9 @@
-"""Page of joins to confirm: scans laid on each other, where in the plan, and what speaks against each, worst first."""
+"""Page of joins to confirm: pictures and scans side by side, the plan, and what speaks against each, worst first."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -15,42 +17,34 @@ from refseq.files import replace_text
 from refseq.map.map import Map
 from refseq.pose_graph import motions_between, moved
 from refseq_bench.scenarios.drives.inputs import writing
+from refseq_bench.scenarios.maps.joins_plan import DrawnPlan, drawn_plan
+from refseq_bench.scenarios.maps.joins_scans import REACH, DrawnScans, drawn_scans
+from refseq_bench.scenarios.maps.view_pictures import ViewPictures, view_pictures
 from refseq_bench.scenarios.report.page import rendered
 
-REACH = 15.0
-"""Range of drawn scans [m]."""
-SHOWN = 3
-"""Windows of a join whose scans are shown, those that lie worst on each other first."""
 SCRIPT = "joins.js"
+CLOSE = 2
+"""Spots so many pairs from each other are shown once."""
 
 
 @dataclass(frozen=True)
-class DrawnWay:
-    """A line of the plan: its ``look``, a class of the page's style, ``points`` as SVG has them, and ``width``."""
+class CameraPair:
+    """One camera's pictures of both views of a pair as data URIs, empty where there is none."""
 
-    look: str
-    points: str
-    width: int
-
-
-@dataclass(frozen=True)
-class DrawnPlan:
-    """Lines of a plan, the ``box`` that they lie in, and what the plan is."""
-
-    ways: tuple[DrawnWay, ...]
-    box: str
-    caption: str
-
-
-@dataclass(frozen=True)
-class DrawnScans:
-    """Scans of a pair of ``views`` as SVG paths, and the ``share`` of beams that meet the same walls."""
-
-    views: tuple[int, int]
-    share: str
+    camera: str
     mine: str
     its: str
-    box: str
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A pair of ``views`` of a join that is looked at: its ``mark`` in the plan, and why it is looked at."""
+
+    mark: str
+    title: str
+    views: tuple[int, int]
+    scans: DrawnScans | None
+    cameras: tuple[CameraPair, ...]
 
 
 @dataclass(frozen=True)
@@ -67,15 +61,28 @@ class JoinCard:
     doubt: str
     toml: str
     plan: DrawnPlan
-    scans: tuple[DrawnScans, ...]
+    spots: tuple[Spot, ...]
+
+    @property
+    def has_pictures(self) -> bool:
+        """True where a picture is shown."""
+        return any(spot.cameras for spot in self.spots)
 
 
-def write_joins_page(path: Path, merged: Merged, title: str) -> None:
-    """Write the page of a merging's joins to ``path``, replacing it in one step."""
+def write_joins_page(
+    path: Path, merged: Merged, title: str, members: Sequence[Map] = (), recordings: Sequence[Path] = ()
+) -> None:
+    """Write the page of a merging's joins to ``path``, replacing it in one step.
+
+    Pictures are those of the ``recordings`` that the ``members``, the maps that were merged, were learnt from.
+    """
     order = worst_first(merged)
-    cards = [_card(merged.map, merged.decisions[n], merged.found[n]) for n in order]
+    looks = [_Look(merged.map, merged.decisions[n], merged.found[n]) for n in order]
+    pictures = view_pictures(members, recordings, _wanted(looks)) if recordings else {}
+    cards = [look.card(pictures) for look in looks]
     left_out = len(merged.decisions) - len(order)
-    page = rendered("joins.html.j2", SCRIPT, title=title, joins=cards, left_out=left_out, reach_drawn=f"{REACH:g}")
+    content = {"joins": cards, "left_out": left_out, "asked": bool(recordings), "reach_drawn": f"{REACH:g}"}
+    page = rendered("joins.html.j2", SCRIPT, title=title, **content)
     with writing(path):
         replace_text(path, page)
 
@@ -97,79 +104,89 @@ def worst_first(merged: Merged) -> list[int]:
     return sorted(shown, key=rank)
 
 
-def _card(map_: Map, decision: Decision, found: FoundOverlap) -> JoinCard:
-    # A decision names the path first that was merged first, a stretch the one that keeps the places.
-    turned = map_.paths[found.one].name != decision.one
-    one, other = (found.other, found.one) if turned else (found.one, found.other)
-    pairs = found.views[:, ::-1] if turned else found.views
-    tracks = [track_of(map_, map_.paths[path]) for path in (one, other)]
-    known = [ScannedPath.of(track, map_.paths[path].scans) for track, path in zip(tracks, (one, other), strict=True)]
-    mine, its = known
-    scans = [] if mine is None or its is None else _worst_scans(mine, its, pairs)
-    return JoinCard(
-        decision.one,
-        decision.other,
-        decision.first,
-        decision.second,
-        decision.lengths,
-        decision.joined,
-        decision.why,
-        "" if decision.why.endswith(found.overlap.doubt) else found.overlap.doubt,
-        _table(decision),
-        _plan(map_, (one, other), pairs),
-        tuple(scans),
-    )
+def _wanted(looks: Sequence["_Look"]) -> Mapping[str, set[int]]:
+    """Views whose pictures are shown, by path."""
+    wanted: dict[str, set[int]] = {}
+    for look in looks:
+        for _, pair in look.spots:
+            for name, view in zip(look.names, look.pairs[pair].tolist(), strict=True):
+                wanted.setdefault(name, set()).add(view)
+    return wanted
+
+
+class _Look:
+    """A join, with the path first that its decision names first, and the pairs of views at which it is looked."""
+
+    def __init__(self, map_: Map, decision: Decision, found: FoundOverlap) -> None:
+        self._map, self._decision, self._overlap = map_, decision, found.overlap
+        turned = map_.paths[found.one].name != decision.one
+        self.paths = (found.other, found.one) if turned else (found.one, found.other)
+        self.pairs: NDArray[np.intp] = found.views[:, ::-1] if turned else found.views
+        self.names = decision.one, decision.other
+        mine, its = (ScannedPath.of(track_of(map_, map_.paths[path]), map_.paths[path].scans) for path in self.paths)
+        self._scanned = None if mine is None or its is None else (mine, its)
+
+    @cached_property
+    def _windows(self) -> list[ScanWindow]:
+        return windows(*self._scanned, self.pairs) if self._scanned else []
+
+    def _window(self, pair: int) -> ScanWindow:
+        """The window that a pair lies in."""
+        ends = np.cumsum([len(window.pairs) for window in self._windows])
+        return self._windows[int(np.searchsorted(ends, pair, side="right"))]
+
+    @cached_property
+    def spots(self) -> list[tuple[str, int]]:
+        """Pairs to be looked at, by their numbers in order: both ends, the middle, and where scans fit worst."""
+        last = len(self.pairs) - 1
+        titles = {0: "begin", last // 2: "middle", last: "end"}
+        if self._windows:
+            starts = np.cumsum([0, *(len(window.pairs) for window in self._windows)])
+            worst = int(np.argmin([window.share for window in self._windows]))
+            pair = int(starts[worst]) + len(self._windows[worst].pairs) // 2
+            near = min(titles, key=lambda n: abs(n - pair))
+            titles[near if abs(near - pair) <= CLOSE else pair] = "where scans fit worst"
+        return [(titles[pair], pair) for pair in sorted(titles)]
+
+    def card(self, pictures: ViewPictures) -> JoinCard:
+        """The join as the page shows it."""
+        decision, doubt = self._decision, self._overlap.doubt
+        spots = tuple(
+            self._spot(mark, title, pair, pictures) for mark, (title, pair) in zip("ABCD", self.spots, strict=False)
+        )
+        marked = {spot.mark: spot.views[0] for spot in spots}
+        return JoinCard(
+            decision.one,
+            decision.other,
+            decision.first,
+            decision.second,
+            decision.lengths,
+            decision.joined,
+            decision.why,
+            "" if decision.why.endswith(doubt) else doubt,
+            _table(decision),
+            drawn_plan(self._map, self.paths, self.pairs, marked),
+            spots,
+        )
+
+    def _spot(self, mark: str, title: str, pair: int, pictures: ViewPictures) -> Spot:
+        mine, its = self.pairs[pair].tolist()
+        ours, theirs = pictures.get((self.names[0], mine), {}), pictures.get((self.names[1], its), {})
+        cameras = tuple(CameraPair(name, ours.get(name, ""), theirs.get(name, "")) for name in sorted({*ours, *theirs}))
+        scans = None
+        if self._scanned is not None:
+            window = self._window(pair)
+            scans = drawn_scans(*self._scanned, (mine, its), _motion(self._scanned, window, mine, its), window.share)
+        return Spot(mark, title, (mine, its), scans, cameras)
+
+
+def _motion(scanned: tuple[ScannedPath, ScannedPath], window: ScanWindow, mine: int, its: int) -> NDArray[np.float64]:
+    """Pose of one path's view in that of the other, (3,), as their window is laid, by odometry within it."""
+    (one, other), (i, j) = scanned, window.middle
+    at_middle = moved(motions_between(one.track[mine], one.track[i]), window.motion)
+    return moved(at_middle, motions_between(other.track[j], other.track[its]))
 
 
 def _table(decision: Decision) -> str:
     rows = {"one": decision.one, "other": decision.other, "first": decision.first, "second": decision.second}
     return "".join(f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in rows.items())
-
-
-def _worst_scans(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> list[DrawnScans]:
-    laid = sorted(windows(one, other, pairs), key=lambda window: window.share)
-    return [_scans(one, other, window) for window in laid[:SHOWN]]
-
-
-def _scans(one: ScannedPath, other: ScannedPath, window: ScanWindow) -> DrawnScans:
-    mine, its = window.middle
-    points = other.walls(its).points
-    there = moved(window.motion, np.column_stack([points, np.zeros(len(points))]))[:, :2]
-    near = [each[np.hypot(*each.T) <= REACH] for each in (one.walls(mine).points, there)]
-    behind = max(1.0, *(-each[:, 0].min(initial=0.0) for each in near))
-    box = f"{-10 * REACH:g} {-10 * REACH:g} {20 * REACH:g} {10 * (REACH + behind):.0f}"
-    return DrawnScans(window.middle, f"{window.share:.1%}", _dots(near[0]), _dots(near[1]), box)
-
-
-def _dots(points: NDArray[np.float64]) -> str:
-    """Points about the robot, which looks up, as an SVG path of dots [dm]."""
-    return "".join(f"M{-10 * y:.1f} {-10 * x:.1f}h0" for x, y in points.tolist())
-
-
-def _plan(map_: Map, paths: tuple[int, int], pairs: NDArray[np.intp]) -> DrawnPlan:
-    """Both paths with the stretches of a join: in the frame of all joins, or as this join alone lays them."""
-    poses = [map_.paths[path].poses for path in paths]
-    if all(len(each) for each in poses):
-        caption = "Where all joins that were made put the paths."
-        ways = [_way("way", path.poses, 1) for path in map_.paths if len(path.poses)]
-    else:
-        caption = "Where this join alone would put the paths, by their odometry."
-        poses = [track_of(map_, map_.paths[path]) for path in paths]
-        if not all(len(each) for each in poses):
-            return DrawnPlan((), "0 0 1 1", "No odometry, no plan.")
-        i, j = pairs[len(pairs) // 2]
-        poses[1] = moved(poses[0][i], motions_between(poses[1][j], poses[1]))
-        ways = [_way("way", each, 1) for each in poses]
-    drawn = np.concatenate([*poses, *(p.poses for p in map_.paths if len(p.poses) and len(ways) > len(paths))])
-    for look, each, views in zip(("way-its", "way-mine"), poses[::-1], pairs.T[::-1], strict=True):
-        ways.append(_way(look, each[views.min() : views.max() + 1], 6 if look == "way-its" else 2))
-    return DrawnPlan(tuple(ways), _box(drawn), caption)
-
-
-def _way(look: str, poses: NDArray[np.float64], width: int) -> DrawnWay:
-    return DrawnWay(look, " ".join(f"{x:.2f},{-y:.2f}" for x, y in poses[:, :2].tolist()), width)
-
-
-def _box(poses: NDArray[np.float64]) -> str:
-    (left, top), (width, height) = poses[:, :2].min(axis=0), np.ptp(poses[:, :2], axis=0)
-    return f"{left - 2:.1f} {-top - height - 2:.1f} {width + 4:.1f} {height + 4:.1f}"

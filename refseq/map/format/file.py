@@ -28,7 +28,7 @@ from refseq.planar import Pose
 
 SPOILT = f"{HEADER} and arrays do not make a map"
 PATH_ARRAYS = ("along", "sequences", "places")
-PATH_KNOWN = ("odometry", "poses", "scans")
+PATH_KNOWN = ("odometry", "poses", "scans", "times")
 
 EXPERIENCES = "experiences/"
 

@@ -18,6 +18,9 @@ from refseq.map.format.header import MapHeader
 from refseq.map.format.npy import DeclaredArray
 from refseq.scan_matching.panorama import DEGREES
 
+LARGEST = float(np.finfo(np.float64).max)
+"""A stamp is any finite number: a robot's clock begins where it likes."""
+
 
 @dataclass(frozen=True, slots=True)
 class ArrayRule:
@@ -66,6 +69,7 @@ PATH: Mapping[str, ArrayRule] = {
     "odometry": ArrayRule("f8", ("V", 3), or_empty=True, optional=True),
     "poses": ArrayRule("f8", ("V", 3), or_empty=True, optional=True),
     "scans": ArrayRule("u2", ("V", DEGREES), low=0, or_empty=True, optional=True),
+    "times": ArrayRule("f8", ("V",), low=-LARGEST, high=LARGEST, or_empty=True, optional=True),
 }
 """Arrays of a path."""
 

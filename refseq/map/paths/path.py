@@ -20,7 +20,8 @@ class MapPath:
     ``odometry`` (K, 3) are the views' poses by the drive's own odometry, kept where other sequences hold some of them:
     x, y [m] and heading [rad]; ``poses`` (K, 3) those in the one frame of all paths that are joined. Both are (0, 3)
     where they are not known. ``scans`` (K, 360) are what a laser saw (``refseq.scan_matching.panorama``), for later
-    merging; (0, 360) without one.
+    merging; (0, 360) without one. ``times`` (K,) are the views' stamps in the recording that they were learnt from [s],
+    by which they are found there again; (0,) where they are not known.
     """
 
     name: str
@@ -31,6 +32,7 @@ class MapPath:
     odometry: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     poses: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     scans: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, DEGREES), np.uint16))
+    times: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.along)

@@ -39,6 +39,7 @@
 
   const keys = {
     ArrowDown: () => go(at + 1), ArrowUp: () => go(at - 1), s: () => save.click(),
+    z: () => { document.body.classList.toggle("large"); go(at); },
     j: () => answer(joins[at], true), r: () => answer(joins[at], false), u: () => answer(joins[at], null),
   };
   document.addEventListener("keydown", (event) => {

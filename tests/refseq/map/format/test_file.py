@@ -56,6 +56,8 @@ def test_a_loaded_map_is_the_saved_one(learnt: Map, saved: Path) -> None:
     assert loaded.poses == learnt.poses
     assert loaded.poses[3] is None
     np.testing.assert_array_equal(loaded.sequence.odometry, learnt.sequence.odometry)
+    np.testing.assert_array_equal(loaded.paths[0].times, learnt.paths[0].times)
+    assert len(learnt.paths[0].times) == len(learnt)
     assert loaded.sensors == {"forward", "lateral", LASER}
     assert [e.key for e in loaded.sequence.extractors] == [e.key for e in learnt.sequence.extractors]
     np.testing.assert_array_equal(loaded.sequence.along, learnt.sequence.along)
@@ -276,6 +278,15 @@ def test_arrays_that_do_not_fit(saved: Path, learnt: Map) -> None:
     assert error_of(saved) == f"{start}array sequences/0/poses is f8 of shape (5, 3); valid is f8 of shape (8, 3)"
     rewrite(saved, **{"sequences/0/poses": encoded(np.zeros((8, 3))), "sequences/0/odometry": encoded(np.ones((7, 3)))})
     assert error_of(saved) == f"{start}array sequences/0/odometry is f8 of shape (7, 3); valid is f8 of shape (8, 3)"
+
+    saved.write_bytes(content)
+    rewrite(saved, **{"paths/0/times": encoded(np.zeros(7))})
+    assert error_of(saved) == f"{start}array paths/0/times is f8 of shape (7,); valid is f8 of shape (8,)"
+    rewrite(saved, **{"paths/0/times": encoded(np.array([*np.arange(7.0), np.nan]))})
+    assert error_of(saved).startswith(f"{start}array paths/0/times holds nan; valid are numbers from ")
+    # A map of before does not tell when its views were taken.
+    rewrite(saved, **{"paths/0/times": encoded(np.zeros(0))})
+    assert len(Map.load(saved).paths[0].times) == 0
 
     saved.write_bytes(content)
     rewrite(saved, **{"sequences/0/features/sift/forward/words": encoded(np.zeros((2, 128), np.uint8))})
