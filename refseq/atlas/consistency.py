@@ -30,6 +30,8 @@ class ConsistencySettings:
     ``doubt`` times its price at most. Joins whose stretches on one path are ``near`` each other [m] tell of one spot.
     A join that was looked for where others lay it adds squared errors of ``likely`` a relative pose at most, as 95 % of
     the right ones do (χ², three degrees of freedom).
+    A doubtful loop, a join of a path with itself, needs odometry that tells where the path comes back within ``back``
+    [m], a standard deviation: over the whole way round, or since a loop at another spot. More lets more loops stand.
 
     The noise is that of wheels on real logs (docs/atlas.md); where it is taken for greater, fewer false joins are
     contradicted.
@@ -46,11 +48,14 @@ class ConsistencySettings:
     doubt: float = 0.5
     near: float = 10.0
     likely: float = 7.8
+    back: float = 3.0
 
 
 @dataclass(frozen=True, slots=True)
 class CandidateJoin:
     """Places of path ``one`` that may be those of path ``other``: ``pairs`` (n, 2) of their views, rising in both.
+
+    Both may be the same path, which then comes back to itself: a loop, its earlier view first.
 
     ``evidence`` is what its places tell for it: log-likelihood ratio times length [nats·m]. ``alone`` says that it
     needs no other join that supports it, ``held`` that it is given, and may not be left out.
@@ -62,6 +67,11 @@ class CandidateJoin:
     evidence: float = 0.0
     alone: bool = True
     held: bool = False
+
+    @property
+    def is_loop(self) -> bool:
+        """True where a path comes back to itself."""
+        return self.one == self.other
 
 
 class Verdict(StrEnum):
@@ -112,7 +122,8 @@ class JoinGraph:
 
         Joins that meet at one stretch of a path tell of one spot, and support each other as little as one witness does
         who is asked twice: where a corridor is taken for its way back, all are wrong together. So support comes from
-        joins at other spots, and from those that may stand alone.
+        joins at other spots, and from those that may stand alone. A loop begins and ends on one path, which any join
+        would link to itself: its support is the odometry between its ends.
         """
         left = frozenset(joins)
         while True:
@@ -124,10 +135,26 @@ class JoinGraph:
 
     def _linked(self, join: int, joins: Iterable[int], spots: Mapping[int, int]) -> bool:
         """True where others than the doubtful joins of its spot lead from the one path of a join to the other."""
-        others = [n for n in joins if self.candidates[n].alone or spots[n] != spots[join]]
+        others = [n for n in joins if n != join and (self.candidates[n].alone or spots[n] != spots[join])]
+        if self.candidates[join].is_loop:
+            return self._comes_back(join, others)
         graph = nx.Graph([self._ends(n) for n in others])
         one, other = self._ends(join)
         return one in graph and other in graph and nx.has_path(graph, one, other)
+
+    def _comes_back(self, join: int, others: Iterable[int]) -> bool:
+        """True where odometry tells where a loop ends: over its way, or from the ends of other loops of its path."""
+        path = self.candidates[join].one
+        first, second = self._middle(join)
+        loops = [self._middle(n) for n in others if self._ends(n) == (path, path)]
+        way = min([second - first, *(abs(first - one) + abs(second - other) for one, other in loops)])
+        return float(self._drift(path, np.array([way]))[0]) <= self.settings.back
+
+    def _middle(self, join: int) -> tuple[float, float]:
+        """Ways along its paths to the middle of a join [m]."""
+        middle = self.candidates[join].pairs[len(self.candidates[join].pairs) // 2]
+        one, other = (float(self._ways[path][view]) for path, view in zip(self._ends(join), middle, strict=True))
+        return one, other
 
     def _ends(self, join: int) -> tuple[int, int]:
         return self.candidates[join].one, self.candidates[join].other
@@ -250,13 +277,18 @@ class JoinGraph:
 
         A way that is held at either end drifts as one of the product of both ways over their sum (Brownian bridge).
         """
-        settings, ways = self.settings, self._ways[path]
+        ways = self._ways[path]
         at = ways[knots]
         before = np.clip(np.searchsorted(at, ways, side="right") - 1, 0, len(at) - 1)
         behind, ahead = np.abs(ways - at[before]), np.abs(at[np.minimum(before + 1, len(at) - 1)] - ways)
         bridged = behind * ahead / np.maximum(behind + ahead, 1e-9)
         way = np.where((ways > at[0]) & (ways < at[-1]), bridged, np.minimum(behind, ahead))
-        turned = np.abs(wrapped(np.diff(self.tracks[path][:, 2]))).sum() / max(ways[-1], 1e-9)
+        return self._drift(path, way)
+
+    def _drift(self, path: int, way: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Standard deviation of a position [m] by a path's odometry after some ways [m], by its turns on average."""
+        settings = self.settings
+        turned = np.abs(wrapped(np.diff(self.tracks[path][:, 2]))).sum() / max(self._ways[path][-1], 1e-9)
         heading = np.hypot(settings.drift, settings.turning * np.sqrt(turned)) * np.sqrt(way)
         return np.asarray(np.hypot(settings.slip * np.sqrt(way), heading * way / np.sqrt(3)))
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from refseq.atlas.consistency import CandidateJoin, JoinGraph, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
+from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.scans import LaidScans, ScannedPath, laid_on
 from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
@@ -53,7 +54,8 @@ def merge_maps(
     """
     for new in maps[1:]:
         new.sequence  # noqa: B018 - raises for a map of several paths
-    merging = _Merging(beside(maps), maps[0].names if maps else (), settings or OverlapSettings())
+    merged_before = maps and not maps[0].has_one_path
+    merging = _Merging(beside(maps), maps[0].names if merged_before else (), settings or OverlapSettings())
     found = merging.found()
     found, verdicts = merging.found_beside(found, merging.verdicts(found))
     decided = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
@@ -69,13 +71,19 @@ def merge_maps(
 class FoundOverlap:
     """An overlap of two paths by their numbers, with the ``views`` (n, 2) of its places.
 
-    ``one`` keeps the places, and is the path that had fewer of them when it was learnt; ``other`` gives them away.
+    ``one`` keeps the places, and is the path that had fewer of them when it was learnt; ``other`` gives them away. Of a
+    loop both are the same path, which keeps all its places.
     """
 
     one: int
     other: int
     views: NDArray[np.intp]
     overlap: Overlap
+
+    @property
+    def is_loop(self) -> bool:
+        """True where a path comes back to itself."""
+        return self.one == self.other
 
     @property
     def join(self) -> CandidateJoin:
@@ -107,13 +115,16 @@ class _Merging:
 
     @cached_property
     def _pairs(self) -> list[tuple[str, str, PairSearch]]:
-        """All pairs of sequences but those of the map that were compared before."""
+        """All pairs of sequences, and each with itself, but those of the map that were compared before."""
         held = sorted(zip(self._map.names, self._map.sequences, strict=True), key=lambda pair: self._rank(pair[0]))
-        return [
+        pairs = [
             (one, other, PairSearch(first, second, self._settings))
             for (one, first), (other, second) in combinations(held, 2)
             if not {one, other} <= self._known
         ]
+        looked_at = {path.name for path in self._map.paths if len(path.loops)} | self._known
+        loops = [(name, name, LoopSearch.of(own, self._settings)) for name, own in held if name not in looked_at]
+        return [*pairs, *loops]
 
     def found(self) -> list[FoundOverlap]:
         """All stretches that two sequences seem to share."""
@@ -187,8 +198,8 @@ class _Merging:
         more = []
         for one, other, search in self._pairs:
             numbers = self._number[one], self._number[other]
-            if layout.groups[numbers[0]] != layout.groups[numbers[1]]:
-                continue
+            if one == other or layout.groups[numbers[0]] != layout.groups[numbers[1]]:
+                continue  # of a path itself the frame tells nothing that its odometry does not
             laid, its = (
                 LaidViews(layout.poses[number][views], layout.sigmas[number][views])
                 for number, views in zip(numbers, (views_of(self._map, one), views_of(self._map, other)), strict=True)
@@ -223,7 +234,10 @@ class _Merging:
         if verdict is Verdict.CONTRADICTED:
             against = f"other joins and the odometry contradict it; {evidence}"
         elif verdict is Verdict.UNSUPPORTED or (verdict is None and overlap.doubt):
-            against = against or f"no other join supports it, and it is {overlap.doubt}"
+            nobody = (
+                "the odometry on its way round does not support it" if found.is_loop else "no other join supports it"
+            )
+            against = against or f"{nobody}, and it is {overlap.doubt}"
         sides = [
             (number, (int(first), int(last)), length)
             for number, (first, last), length in zip(
@@ -259,7 +273,15 @@ class _Merging:
         shared = SharedPlaces(self._map)
         for giving in sorted(self._number, key=self._rank):
             shared.take(self._number[giving], [(one.one, one.views) for one in self._given(joined, giving)])
-        return shared.map(self._tracks, self._poses([one.join for one in joined]))
+        return shared.map(self._tracks, self._poses([one.join for one in joined]), self._loops(joined))
+
+    def _loops(self, joined: Sequence[FoundOverlap]) -> list[NDArray[np.intp]]:
+        """Pairs of views of each path that are one place, those that the map had among them, (n, 2)."""
+        found = [path.loops for path in self._map.paths]
+        for one in joined:
+            if one.is_loop:
+                found[one.one] = np.unique(np.concatenate([found[one.one], one.views]), axis=0)
+        return found
 
     def _poses(self, joins: Sequence[CandidateJoin]) -> list[NDArray[np.float64]]:
         """Poses of the largest group of paths that joins lead between, (0, 3) for others: theirs are other frames."""
@@ -270,7 +292,7 @@ class _Merging:
         for path, group in zip(self._map.paths, layout.groups, strict=True):
             sizes[group] += len(path)
         largest = max(sizes, key=lambda group: sizes[group])
-        if layout.groups.count(largest) == 1:
+        if not any(layout.groups[join.one] == largest for join in graph.candidates):
             return [np.zeros((0, 3))] * len(self._map.paths)
         found = zip(layout.poses, layout.groups, strict=True)
         return [poses if group == largest else np.zeros((0, 3)) for poses, group in found]
@@ -281,5 +303,5 @@ class _Merging:
 
     def _given(self, joined: Sequence[FoundOverlap], giving: str) -> list[FoundOverlap]:
         """Overlaps that a path gives away, by the paths that keep them."""
-        ours = [one for one in joined if one.other == self._number[giving]]
+        ours = [one for one in joined if one.other == self._number[giving] and not one.is_loop]
         return sorted(ours, key=lambda one: (self._rank(self._map.paths[one.one].name), one.views.tolist()))

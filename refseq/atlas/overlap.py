@@ -47,6 +47,9 @@ class OverlapSettings:
 
     Below ``surely_held`` it is none.
 
+    A path is back at a place of its own, a loop, where it has gone ``loop`` at least since; less would find places in
+    their own neighbours.
+
     Where the laser's scans are known, those of an overlap have to lie on each other (``refseq.atlas.scans``): of the
     beams whose ends both can see the share ``alike`` has to meet walls for both, else it is none. Below ``same`` it is
     doubtful: full rooms do not come to ``same``, and bare corridors that are not one come to more than ``alike``. Scans
@@ -78,6 +81,7 @@ class OverlapSettings:
     reach: float = 2.5
     askew: float = 0.5
     apart: float = 0.8
+    loop: float = 10.0
 
     def __post_init__(self) -> None:
         """Raise ``MapError`` for what is no probability or length."""
@@ -90,6 +94,7 @@ class OverlapSettings:
             ("alone", "nats·m"),
             ("clear", "nats"),
             ("walled", "nats·m"),
+            ("loop", "m"),
         ):
             if not 0 <= getattr(self, name) < np.inf:
                 raise MapError(f"overlap.{name} is {getattr(self, name)} {unit}; valid is 0 or more")
@@ -154,17 +159,15 @@ class PairSearch:
     settings: OverlapSettings = field(default_factory=OverlapSettings)
 
     @cached_property
-    def _judge(self) -> "_Judge":
+    def _judge(self) -> "PairJudge":
         ways = translated(self.one, self.other), translated(self.other, self.one)
         there, back = map(align, ways)
-        return _Judge(self.one, self.other, there, back, told_by(*ways), self.settings)
+        return PairJudge(self.one, self.other, there, back, told_by(*ways), self.settings)
 
     def overlaps(self) -> list[Overlap]:
         """All stretches that the sequences seem to share, those that are objected to among them."""
         judge, settings = self._judge, self.settings
-        found = stretches(
-            matched(self.one, judge.there, judge.back, settings), self.one.along, self.other.along, settings.bridge
-        )
+        found = stretches(self._matched(), self.one.along, self.other.along, settings.bridge)
         long = [judge.overlap(trimmed(pairs)) for pairs in found]
         if not settings.most:
             return long
@@ -172,6 +175,10 @@ class PairSearch:
         runs = best_runs(left, _track(self.one), _track(self.other), settings.runs)
         short = [judge.overlap(pairs) for pairs in runs]
         return long + [one for one in short if not one.objection][: settings.most]
+
+    def _matched(self) -> NDArray[np.intp]:
+        """Places of the one and of the other that lead to each other, (n, 2)."""
+        return matched(self.one, self._judge.there, self._judge.back, self.settings)
 
     def beside(self, laid: LaidViews, its: LaidViews, joined: Sequence[NDArray[np.intp]] = ()) -> list[Overlap]:
         """Stretches that a frame lays beside each other; each is doubtful, as it is found where it was looked for.
@@ -280,7 +287,7 @@ def most_beyond(values: NDArray[np.float64], bar: float) -> slice:
 
 
 @dataclass(frozen=True)
-class _Judge:
+class PairJudge:
     """Make an overlap of matched pairs, or object."""
 
     one: ReferenceSequence

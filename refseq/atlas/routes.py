@@ -47,7 +47,8 @@ class Route:
     """The way from a place to another: its ``legs`` one after the other, and the ``places`` that it runs through.
 
     ``places`` (n,) are counted through all sequences (``Map.numbered``), start and goal among them; each leg begins
-    at the place where the last one ended. To where one is already there is one place and no leg.
+    at the place where the last one ended, or at one that is the same by a loop. To where one is already there is one
+    place and no leg.
     """
 
     places: NDArray[np.intp]
@@ -115,10 +116,12 @@ def _journeys(map_: Map, change: float) -> nx.DiGraph:
 
     Nodes are the map's places, and after them the positions of all paths, path behind path: a place twice on a path,
     as where a robot dawdled, is two positions. On board is free; off costs a change, for the last leg too, of which
-    every route has one.
+    every route has one. Where a path comes back to itself, its two places there are one.
     """
     graph = nx.DiGraph()
     graph.add_nodes_from(range(len(map_)))
+    for one, other in map_.loops.tolist():
+        graph.add_weighted_edges_from([(one, other, 0.0), (other, one, 0.0)])
     first = len(map_)
     for path in map_.paths:
         positions = range(first, first + len(path))

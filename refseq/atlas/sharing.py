@@ -32,7 +32,7 @@ def track_of(map_: Map, path: MapPath) -> NDArray[np.float64]:
 
 
 def held_joins(map_: Map) -> list[CandidateJoin]:
-    """The joins that a map has: where a path runs through places that were learnt along another."""
+    """The joins that a map has: where a path runs through places that were learnt along another, or comes back."""
     numbers = {path.name: number for number, path in enumerate(map_.paths)}
     found = []
     for number, path in enumerate(map_.paths):
@@ -44,7 +44,14 @@ def held_joins(map_: Map) -> list[CandidateJoin]:
             pairs = np.column_stack([views_of(map_, name)[path.places[theirs]], theirs])
             runs = stretches(pairs, holder.along, path.along, APART)
             found += [CandidateJoin(numbers[name], number, run, held=True) for run in runs if len(run) > 1]
+    for number, path in enumerate(map_.paths):
+        found += [CandidateJoin(number, number, run, held=True) for run in loops_of(path)]
     return found
+
+
+def loops_of(path: MapPath) -> list[NDArray[np.intp]]:
+    """The stretches on which a path comes back to itself, as pairs (n, 2) of its views."""
+    return stretches(path.loops, path.along, path.along, APART)
 
 
 class SharedPlaces:
@@ -82,8 +89,13 @@ class SharedPlaces:
         self._paths = [_moved(one, own, sequences, places) for one in self._paths]
         self._kept[own] = np.flatnonzero(sequences < 0)
 
-    def map(self, tracks: Sequence[NDArray[np.float64]], poses: Sequence[NDArray[np.float64]]) -> Map:
-        """The map as it is now, with odometry and poses of its paths; sequences that hold nothing are left out."""
+    def map(
+        self,
+        tracks: Sequence[NDArray[np.float64]],
+        poses: Sequence[NDArray[np.float64]],
+        loops: Sequence[NDArray[np.intp]],
+    ) -> Map:
+        """The map as it is now, with odometry, poses and loops of its paths; empty sequences are left out."""
         left = [number for number, kept in enumerate(self._kept) if len(kept)]
         number = np.full(len(self._sequences), -1)
         number[left] = np.arange(len(left))
@@ -91,10 +103,11 @@ class SharedPlaces:
         for old, kept in zip(places, self._kept, strict=True):
             old[kept] = np.arange(len(kept))
         joined = any(len(kept) < len(old) for kept, old in zip(self._kept, places, strict=True))
+        joined = joined or any(map(len, loops))
         paths = tuple(_renumbered(path, number, places) for path in self._paths)
         if joined:
-            known = zip(paths, tracks, poses, strict=True)
-            paths = tuple(replace(path, odometry=track, poses=where) for path, track, where in known)
+            known = zip(paths, tracks, poses, loops, strict=True)
+            paths = tuple(replace(path, odometry=track, poses=at, loops=pairs) for path, track, at, pairs in known)
         return Map(
             names=tuple(self._names[n] for n in left),
             sequences=tuple(self._reduced(n) for n in left),

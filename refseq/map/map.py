@@ -238,6 +238,13 @@ class Map:
             view -= len(path)
         raise IndexError(place)
 
+    @cached_property
+    def loops(self) -> NDArray[np.intp]:
+        """Pairs of places, counted through, that are one: where a path comes back to itself, (n, 2)."""
+        pairs = [self.numbered(path)[path.loops] for path in self.paths]
+        every = np.concatenate(pairs) if pairs else np.zeros((0, 2), np.intp)
+        return every[every[:, 0] != every[:, 1]]
+
     @property
     def links(self) -> tuple[Link, ...]:
         """Where paths cross over from one sequence to another."""
@@ -247,7 +254,8 @@ class Map:
     def network(self) -> Network:
         """The chain over all paths."""
         places = np.concatenate([self.numbered(path) for path in self.paths])
-        return Network(tuple(path.along for path in self.paths), places, self.profile.motion, self.profile.chain)
+        paths = tuple(path.along for path in self.paths)
+        return Network(paths, places, self.profile.motion, self.profile.chain, loops=self.loops)
 
     def sequence_probabilities(self, belief: Belief) -> NDArray[np.float64]:
         """P(s), (S,), given that the robot is in any of the sequences: what their places have of a belief, sum 1."""

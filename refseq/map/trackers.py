@@ -39,12 +39,11 @@ class Tracker(Protocol):
 
 def tracker_for(stage: Stage, map_: Map) -> Tracker:
     """A fresh tracker of a stage, as the map's profile has it."""
-    if map_.has_one_path:
-        return OnlySequence(stage, map_.sequence)
     method = map_.profile.method
-    if stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD:
+    filters = stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD
+    if filters and not (map_.has_one_path and not len(map_.loops)):
         return NetworkTracker(map_)
-    return SurestSequence(stage, map_)
+    return OnlySequence(stage, map_.sequence) if map_.has_one_path else SurestSequence(stage, map_)
 
 
 class OnlySequence:

@@ -122,7 +122,7 @@ def merge(
         bool, flag("--keep-joins", "Add to the first map as it is, without the maps that it was made of.")
     ] = False,
 ) -> None:
-    """Merge maps to one of several paths, which share the places that they have in common.
+    """Merge maps to one of several paths, which share the places that they have in common; find where a path loops.
 
     A map that was merged before is taken apart into the maps that it was made of, which have to be where they were: so
     all joins are decided about anew, and the order of merging changes nothing. A person's decisions stay.
@@ -252,7 +252,8 @@ def similarity(
         raise ScenarioError(f"{arrays}: is no name for arrays; valid is one that ends in .npz")
     settings = OverlapSettings(least=min_overlap)
     first, second = read_maps([one, other], first_of_one_path=True)
-    decisions, matrices = merge_maps([first, second], settings).decisions, similarity_of(first, second)
+    every, matrices = merge_maps([first, second], settings).decisions, similarity_of(first, second)
+    decisions = [decision for decision in every if decision.one != decision.other]
     if as_json:
         print_json(decisions)
     elif decisions:
@@ -276,6 +277,7 @@ def similarity(
 )
 def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_json: Json = False) -> None:
     """Draw the paths of a merged map where joins and odometry put them, and tell the error where truth is known."""
+    from refseq.atlas.sharing import loops_of
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.matrix import check_picture
     from refseq_bench.scenarios.maps.plan import check_plan, draw_plan, plan_error
@@ -289,11 +291,16 @@ def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_jso
     laid = [path.name for path in map_.paths if len(path.poses)]
     apart = [path.name for path in map_.paths if not len(path.poses)]
     if as_json:
-        print_json({"paths": laid, "apart": apart, "error": error})
+        ends = [(path.name, run[[0, -1]].T.tolist()) for path in map_.paths for run in loops_of(path)]
+        loops = [{"path": name, "first": first, "second": second} for name, (first, second) in ends]
+        print_json({"paths": laid, "apart": apart, "loops": loops, "error": error})
     else:
         say(out, f"{len(laid)} paths in one frame: {', '.join(laid)}")
         if apart:
             say(out, f"not joined to them: {', '.join(apart)}")
+        for path in map_.paths:
+            for (first, last), (again, until) in (run[[0, -1]].T.tolist() for run in loops_of(path)):
+                say(out, f"{path.name} comes back to itself: views {again} to {until} are at {first} to {last}")
         if error is not None:
             say(
                 out,

@@ -103,8 +103,11 @@ def _check_views_of(decisions: Sequence[Decision], views: Mapping[str, int]) -> 
     """Tell of decisions that nothing would ever be decided by; ``views`` are those of each path, in their order."""
     order = list(views)
     for decision in decisions:
-        if decision.one == decision.other:
-            raise ScenarioError(f"decisions: {decision.one!r} is one and other; valid are two sequences")
+        if decision.one == decision.other and decision.first[1] >= decision.second[0]:
+            raise ScenarioError(
+                f"decisions: {in_words(decision)} is one path that comes back to itself; valid is an earlier stretch, "
+                "then a later one"
+            )
         if order.index(decision.one) > order.index(decision.other):
             raise ScenarioError(
                 f"decisions: {decision.one!r} comes first in {decision.one!r} and {decision.other!r}; "

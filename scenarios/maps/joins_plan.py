@@ -54,8 +54,11 @@ def drawn_plan(map_: Map, paths: tuple[int, int], pairs: NDArray[np.intp], marke
         poses = [track_of(map_, map_.paths[path]) for path in paths]
         if not all(len(each) for each in poses):
             return DrawnPlan((), (), "0 0 1 1", 1.0, "No odometry, no plan.")
-        i, j = pairs[len(pairs) // 2]
-        poses[1] = moved(poses[0][i], motions_between(poses[1][j], poses[1]))
+        if paths[0] == paths[1]:
+            caption = "Where the path's odometry alone puts it."
+        else:
+            i, j = pairs[len(pairs) // 2]
+            poses[1] = moved(poses[0][i], motions_between(poses[1][j], poses[1]))
         ways = [_way("way", each, 1) for each in poses]
     drawn = np.concatenate([*poses, *(p.poses for p in map_.paths if len(p.poses) and len(ways) > len(paths))])
     for look, each, views in zip(("way-its", "way-mine"), poses[::-1], pairs.T[::-1], strict=True):

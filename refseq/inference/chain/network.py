@@ -11,6 +11,8 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Transitions
 from refseq.inference.chain.motion import MotionSettings
@@ -25,7 +27,8 @@ class Network:
 
     ``paths`` are each path's distances [m] from its first position, rising; ``places`` (K,) says which place each
     position is. Positions at the same place are linked: of a belief in one of them the share ``crossing`` is, at every
-    view, shared out evenly among them.
+    view, shared out evenly among them. ``loops`` (n, 2) are pairs of places that are one, though each has evidence of
+    its own: positions at either are linked as well.
     """
 
     paths: tuple[NDArray[np.float64], ...]
@@ -33,6 +36,7 @@ class Network:
     motion: MotionSettings
     settings: ChainSettings
     crossing: float = 0.5
+    loops: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), np.intp))
     _latest: "dict[float, LinkedTransitions]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
@@ -47,12 +51,21 @@ class Network:
         return Chain(laid_behind(self.paths), self.motion, self.settings, tuple(ends.tolist()))
 
     @cached_property
+    def spots(self) -> NDArray[np.intp]:
+        """Number of the spot that each position is at, (K,): its place, and all places that loops lead to from it."""
+        if not len(self.loops):
+            return self.places
+        count = int(max(self.places.max(), self.loops.max())) + 1
+        graph = sparse.coo_array((np.ones(len(self.loops)), self.loops.T), shape=(count, count))
+        return np.asarray(connected_components(graph, directed=False)[1], np.intp)[self.places]
+
+    @cached_property
     def linked(self) -> NDArray[np.float64]:
-        """Number of positions at the same place as each, itself among them, (K,)."""
-        return np.bincount(self.places)[self.places].astype(float)
+        """Number of positions at the same spot as each, itself among them, (K,)."""
+        return np.bincount(self.spots)[self.spots].astype(float)
 
     def start(self) -> NDArray[np.float64]:
-        """Log-probability of each state at the first view, (2, K): as many paths as use a place, it is but one."""
+        """Log-probability of each state at the first view, (2, K): as many paths as use a spot, it is but one."""
         start = self.chain.start()
         weights = 1 / self.linked
         with np.errstate(divide="ignore"):
@@ -86,7 +99,7 @@ class LinkedTransitions:
     def _crossed(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Its own transpose: what two linked positions give each other is alike."""
         n = self._network
-        mean = np.bincount(n.places, positions)[n.places] / n.linked
+        mean = np.bincount(n.spots, positions)[n.spots] / n.linked
         crossed: NDArray[np.float64] = (1 - n.crossing) * positions + n.crossing * mean
         return crossed
 

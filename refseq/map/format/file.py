@@ -28,7 +28,7 @@ from refseq.planar import Pose
 
 SPOILT = f"{HEADER} and arrays do not make a map"
 PATH_ARRAYS = ("along", "sequences", "places")
-PATH_KNOWN = ("odometry", "poses", "scans", "times")
+PATH_KNOWN = ("odometry", "poses", "scans", "times", "loops")
 
 EXPERIENCES = "experiences/"
 
@@ -182,6 +182,12 @@ def _check_path(path: MapPath, sizes: NDArray[np.intp]) -> None:
         raise ValueError(f"path {path.name!r} runs through sequence {int(outside[0])}, which is not there")
     if (outside := path.places[(path.places < 0) | (path.places >= sizes[path.sequences])]).size:
         raise ValueError(f"path {path.name!r} runs through place {int(outside[0])}, which is not there")
+    if (wrong := path.loops[(path.loops[:, 0] >= path.loops[:, 1]) | (path.loops[:, 1] >= len(path))]).size:
+        first, second = wrong[0].tolist()
+        raise ValueError(
+            f"path {path.name!r} comes back to view {first} at view {second}; valid is an earlier and a later view of "
+            f"its {len(path)}"
+        )
 
 
 def _check_own(paths: Sequence[MapPath], number: int, name: str, count: int) -> None:

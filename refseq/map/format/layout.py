@@ -1,7 +1,8 @@
 """Arrays of a map file as a declared table: type, shape and values of each, checked before any is unpacked.
 
 A size in a shape is a number, or a name that means the same number wherever it stands for one sequence or path: ``K``
-places, ``N1`` the features and one more, ``E`` entries of the incidence matrix, ``W`` words, ``V`` views of a path.
+places, ``N1`` the features and one more, ``E`` entries of the incidence matrix, ``W`` words, ``V`` views of a path,
+``L`` pairs of them that are one place.
 """
 
 from collections.abc import Mapping
@@ -70,6 +71,7 @@ PATH: Mapping[str, ArrayRule] = {
     "poses": ArrayRule("f8", ("V", 3), or_empty=True, optional=True),
     "scans": ArrayRule("u2", ("V", DEGREES), low=0, or_empty=True, optional=True),
     "times": ArrayRule("f8", ("V",), low=-LARGEST, high=LARGEST, or_empty=True, optional=True),
+    "loops": ArrayRule("i8", ("L", 2), low=0, high=MAP_PLACES, or_empty=True, optional=True),
 }
 """Arrays of a path."""
 

@@ -22,6 +22,8 @@ class MapPath:
     where they are not known. ``scans`` (K, 360) are what a laser saw (``refseq.scan_matching.panorama``), for later
     merging; (0, 360) without one. ``times`` (K,) are the views' stamps in the recording that they were learnt from [s],
     by which they are found there again; (0,) where they are not known.
+
+    ``loops`` (n, 2) are pairs of views, the earlier first, that are one place: there the path came back to itself.
     """
 
     name: str
@@ -33,6 +35,7 @@ class MapPath:
     poses: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     scans: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, DEGREES), np.uint16))
     times: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    loops: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), np.intp))
 
     def __len__(self) -> int:
         return len(self.along)

@@ -134,3 +134,60 @@ def test_paths_that_no_join_leads_between_have_frames_of_their_own() -> None:
     layout = JoinGraph(TRACKS, RIGHT[:1]).layout([0])
     assert len(set(layout.groups)) == 2
     assert layout.poses[2] is TRACKS[2]
+
+
+ROUND: Corners = [(0, 0), (20, 0), (20, 15), (0, 15), (0, 0), (20, 0), (20, 15), (0, 15)]
+"""Almost twice round a block: 49 m after it was there first the path comes back, for 35 m."""
+LAPS = walked(ROUND)
+LAPS_TRACK = by_odometry(LAPS, 5)
+
+
+def loop(first: int, second: int, count: int = 8, evidence: float = 18.0, alone: bool = False) -> CandidateJoin:
+    """A path that is at its views from ``first`` on again from ``second`` on, right or wrong."""
+    return replace(wrong(0, first, 0, second, count, evidence), alone=alone)
+
+
+LAP = int(np.argmin(np.hypot(*LAPS[60:, :2].T))) + 60
+"""The view at which it is back where it began."""
+
+
+def test_a_right_loop_closes_the_plan_and_wrong_ones_are_contradicted() -> None:
+    """The wrong ones: a place further on, the side across, and the way back, whatever tells for them."""
+    right = loop(2, 2 + LAP, 12, 30.0, alone=True)
+    wrong_ones = [loop(2, 14 + LAP), loop(3, 40, 8, 40.0, alone=True), loop(22, 22 + LAP + 20, 8, 40.0, alone=True)]
+    graph = JoinGraph([LAPS_TRACK], [*wrong_ones, right])
+    assert graph.verdicts() == (Verdict.CONTRADICTED,) * len(wrong_ones) + (Verdict.AGREES,)
+    assert graph.agreeing() == min(
+        (frozenset(some) for n in range(5) for some in combinations(range(4), n)), key=lambda some: graph.cost(some)
+    )
+    laid = graph.layout([len(wrong_ones)])
+    assert laid.groups == (0,)
+    assert gap(laid.poses[0]) < gap(LAPS_TRACK) / 2
+    np.testing.assert_array_equal(graph.layout([]).poses[0], LAPS_TRACK)
+
+
+def gap(poses: NDArray[np.float64]) -> float:
+    """Mean distance of views that are at one place in truth [m]."""
+    return float(np.hypot(*(poses[:30, :2] - poses[LAP : LAP + 30, :2]).T).mean())
+
+
+def test_what_joins_a_path_elsewhere_does_not_support_a_doubtful_loop_of_it() -> None:
+    """Any join would link the path to itself. What supports a loop is odometry that tells where it comes back."""
+    other = by_odometry(walked([(0, 0), (20, 0)]), 6)
+    pairs = np.column_stack([np.arange(20), np.arange(20)])
+    elsewhere = CandidateJoin(0, 1, pairs, evidence=60.0)
+    doubtful = loop(26, 26 + LAP)
+    strict, mild = ConsistencySettings(back=0.5), ConsistencySettings(back=50.0)
+    for settings, verdict in ((strict, Verdict.UNSUPPORTED), (mild, Verdict.AGREES)):
+        found = JoinGraph([LAPS_TRACK, other], [elsewhere, doubtful], settings).verdicts()
+        assert found == (Verdict.AGREES, verdict)
+
+
+def test_a_loop_that_stands_supports_one_a_little_further_on() -> None:
+    sure, near, far = loop(0, LAP, 10, 40.0, alone=True), loop(21, 21 + LAP, 4), loop(40, 40 + LAP, 4)
+    settings = ConsistencySettings(back=4.0)
+    assert JoinGraph([LAPS_TRACK], [near], settings).verdicts() == (Verdict.UNSUPPORTED,)
+    assert JoinGraph([LAPS_TRACK], [sure, near], settings).verdicts() == (Verdict.AGREES, Verdict.AGREES)
+    # Odometry since tells less and less; the next loop tells it again.
+    assert JoinGraph([LAPS_TRACK], [sure, far], settings).verdicts()[1] is Verdict.UNSUPPORTED
+    assert JoinGraph([LAPS_TRACK], [sure, near, far], settings).verdicts() == (Verdict.AGREES,) * 3

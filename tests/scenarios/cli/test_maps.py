@@ -399,7 +399,7 @@ def test_one_corrupt_map_among_eight_is_named_and_nothing_is_written(
         ("west", "east", (20, 28), (0, 5), "'west' has no views 20 to 28; valid are 0 to 27"),
         ("west", "east", (0, 5), (7, 10**15), "'east' has no views 7 to 1" + 15 * "0" + "; valid are 0 to 27"),
         ("east", "west", (0, 5), (0, 5), "'east' comes first in 'east' and 'west'; valid is 'west', which is merged"),
-        ("west", "west", (0, 5), (9, 15), "'west' is one and other; valid are two sequences"),
+        ("west", "west", (0, 9), (9, 15), "west 0-9 = west 9-15 is one path that comes back to itself; valid is an "),
     ],
 )
 def test_decisions_about_what_is_not_there(

@@ -19,7 +19,9 @@ def networks(draw: st.DrawFn) -> Network:
     steps = [draw(st.lists(st.floats(0.1, 3), min_size=n, max_size=n)) for n in lengths]
     places = draw(st.lists(st.integers(0, sum(lengths)), min_size=sum(lengths), max_size=sum(lengths)))
     paths = tuple(np.cumsum(one) for one in steps)
-    return Network(paths, np.array(places), MotionSettings(), SETTINGS, draw(st.floats(0, 1)))
+    loops = draw(st.lists(st.tuples(*[st.integers(0, sum(lengths))] * 2), max_size=3))
+    pairs = np.array(loops, np.intp).reshape(-1, 2)
+    return Network(paths, np.array(places), MotionSettings(), SETTINGS, draw(st.floats(0, 1)), pairs)
 
 
 def dense(network: Network, distance: float) -> np.ndarray:
@@ -39,11 +41,44 @@ def test_moves_are_probabilities_and_backward_is_their_transpose(network: Networ
 
 
 @given(networks())
-def test_a_drive_begins_somewhere_and_a_shared_place_counts_once(network: Network) -> None:
+def test_a_drive_begins_somewhere_and_a_shared_spot_counts_once(network: Network) -> None:
     start = np.exp(network.start())
     assert start.sum() == pytest.approx(1.0)
-    by_place = np.bincount(network.places, start[0])
-    assert by_place[by_place > 0] == pytest.approx(by_place.max())
+    by_spot = np.bincount(spots_of(network), start[0])
+    assert by_spot[by_spot > 0] == pytest.approx(by_spot.max())
+
+
+def spots_of(network: Network) -> np.ndarray:
+    """Number of the least place that can be reached from each position's, by trying all loops again and again."""
+    least = np.arange(100)
+    for _ in range(100):
+        for pair in network.loops.tolist():
+            least[pair] = least[pair].min()
+    return least[network.places]
+
+
+@given(networks())
+def test_positions_are_linked_where_loops_lead_from_one_place_to_the_other(network: Network) -> None:
+    ours, oracle = network.spots, spots_of(network)
+    assert ((ours[:, None] == ours) == (oracle[:, None] == oracle)).all()
+
+
+def test_a_robot_may_go_on_as_the_path_did_when_it_came_back() -> None:
+    """One path whose place 7 is its place 2: from 1 on it comes to 3, or to 8."""
+    network = Network(
+        (np.arange(10.0),),
+        np.arange(10),
+        MotionSettings(slack=0.1, drift=0.0, tail=1e-9),
+        ChainSettings(lost=0.0),
+        0.5,
+        np.array([[2, 7]]),
+    )
+    states = np.zeros((2, 10))
+    states[0, 1] = 1.0
+    for _ in range(2):
+        states = network.transitions(1.0).predict(states)
+    assert states[0, [3, 8]] == pytest.approx([0.75, 0.25])
+    assert states.sum() == pytest.approx(1.0)
 
 
 def test_without_links_a_path_leads_to_no_other() -> None:

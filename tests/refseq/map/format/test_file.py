@@ -58,6 +58,7 @@ def test_a_loaded_map_is_the_saved_one(learnt: Map, saved: Path) -> None:
     np.testing.assert_array_equal(loaded.sequence.odometry, learnt.sequence.odometry)
     np.testing.assert_array_equal(loaded.paths[0].times, learnt.paths[0].times)
     assert len(learnt.paths[0].times) == len(learnt)
+    assert loaded.paths[0].loops.shape == (0, 2)
     assert loaded.sensors == {"forward", "lateral", LASER}
     assert [e.key for e in loaded.sequence.extractors] == [e.key for e in learnt.sequence.extractors]
     np.testing.assert_array_equal(loaded.sequence.along, learnt.sequence.along)
@@ -132,6 +133,14 @@ def error_of(path: Path) -> str:
     with pytest.raises(MapError) as caught:
         Map.load(path)
     return str(caught.value)
+
+
+def test_loops_of_a_path_are_kept(learnt: Map, tmp_path: Path) -> None:
+    looped = replace(learnt, paths=(replace(learnt.paths[0], loops=np.array([[0, 4], [1, 5], [1, 7]])),))
+    looped.save(tmp_path / "looped.refseq")
+    loaded = Map.load(tmp_path / "looped.refseq")
+    assert loaded.paths[0].loops.tolist() == loaded.loops.tolist() == [[0, 4], [1, 5], [1, 7]]
+    assert loaded.to_bytes() == looped.named("looped").to_bytes()
 
 
 def test_files_that_are_no_map(tmp_path: Path) -> None:
@@ -284,6 +293,17 @@ def test_arrays_that_do_not_fit(saved: Path, learnt: Map) -> None:
     assert error_of(saved) == f"{start}array paths/0/times is f8 of shape (7,); valid is f8 of shape (8,)"
     rewrite(saved, **{"paths/0/times": encoded(np.array([*np.arange(7.0), np.nan]))})
     assert error_of(saved).startswith(f"{start}array paths/0/times holds nan; valid are numbers from ")
+    saved.write_bytes(content)
+    for pairs, told in (
+        ([[2, 2]], "path '' comes back to view 2 at view 2; valid is an earlier and a later view of its 8"),
+        ([[1, 7], [3, 8]], "path '' comes back to view 3 at view 8; valid is an earlier and a later view of its 8"),
+        ([[-1, 3]], "array paths/0/loops holds -1; valid are numbers from 0 to "),
+        ([[1, 2, 3]], "array paths/0/loops is i8 of shape (1, 3); valid is i8 of shape (L, 2)"),
+    ):
+        rewrite(saved, **{"paths/0/loops": encoded(np.array(pairs))})
+        assert error_of(saved).startswith(f"{start}{told}")
+
+    saved.write_bytes(content)
     # A map of before does not tell when its views were taken.
     rewrite(saved, **{"paths/0/times": encoded(np.zeros(0))})
     assert len(Map.load(saved).paths[0].times) == 0
