@@ -101,6 +101,13 @@ class Stage(StrEnum):
         }[self]
 
 
+def stage_named(stage: Stage | str) -> Stage:
+    """A stage by its name. Raises ``RefseqError`` for one that there is not."""
+    if stage not in list(Stage):
+        raise RefseqError(f"stage {stage!r:.60} is unknown; valid are {', '.join(Stage)}")
+    return Stage(stage)
+
+
 @dataclass(frozen=True, slots=True)
 class Timings:
     """Wall time spent on one view, by step [s]."""

@@ -1,7 +1,7 @@
 """Merging maps: what their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -16,7 +16,7 @@ from refseq.atlas.overlap import LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.scans import LaidScans, ScannedPath, laid_on
 from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
 from refseq.errors import MapError
-from refseq.map.map import Map, beside
+from refseq.map.map import Map, beside, check_is_map
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Merged:
     """Stretches that the decisions are about, one each."""
 
 
-def merge(maps: Sequence[Map], settings: OverlapSettings | None = None) -> Map:
+def merge(maps: Iterable[Map], settings: OverlapSettings | None = None) -> Map:
     """Merge maps into one: what their paths share is kept in one sequence, and all of them run through it.
 
     The first may be of several paths, all others are of one. Raises ``MapError`` for no map, for paths of equal names,
@@ -39,7 +39,7 @@ def merge(maps: Sequence[Map], settings: OverlapSettings | None = None) -> Map:
 
 
 def merge_maps(
-    maps: Sequence[Map],
+    maps: Iterable[Map],
     settings: OverlapSettings | None = None,
     confirm: Confirm = leave_it,
     wishes: Sequence[Decision] = (),
@@ -52,6 +52,9 @@ def merge_maps(
     joins that nobody would have proposed. Raises ``MapError`` as ``merge`` does, and for wishes about views that there
     are not.
     """
+    maps = [maps] if isinstance(maps, Map) else list(maps)
+    for one in maps:
+        check_is_map(one)
     for new in maps[1:]:
         new.sequence  # noqa: B018 - raises for a map of several paths
     merged_before = maps and not maps[0].has_one_path

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.files import open_input, replace_text
+from refseq.intake import check_angles
 from refseq.limits import BEAMS, LINE_BYTES, MESSAGES, UNPACKED_TEXT
 from refseq.logs.closing import noted_damage
-from refseq.logs.scans import check_angles
 from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose, after_motion, in_world, relative_pose
 from refseq.view import LASER, Scan, View
@@ -330,7 +330,7 @@ def _laser_head(line: _CarmenLine) -> tuple[Scan, int]:
         raise line.error(f"has {len(line.fields)} fields; valid are at least {behind_ranges + 1} for {n} ranges")
     remissions = line.count(behind_ranges)
     try:
-        check_angles(n, float(start), float(step))
+        check_angles(n, float(start), float(step), LogError)
     except LogError as error:
         raise line.error(str(error)) from error
     scan = _scan(line.floats(9, behind_ranges), float(start), float(step), float(max_range))
@@ -367,6 +367,8 @@ def _pose(values: NDArray[np.float64]) -> Pose:
 
 
 def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: float) -> Scan:
+    if not max_range > 0:  # not told
+        max_range = NO_RETURN
     limit = max_range if max_range > LONG_RANGE else min(max_range, NO_RETURN)
     seen = np.where(ranges < limit, ranges, np.inf).astype(np.float32)
     return Scan(seen, start, step, limit)

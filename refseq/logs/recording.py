@@ -26,6 +26,10 @@ class Recording:
     skipped: Mapping[str, int] = field(default_factory=dict)
     findings: Findings | None = None
 
+    def __iter__(self) -> Iterator[View]:
+        """The views, so that a recording serves wherever views do."""
+        return iter(self.views)
+
     @property
     def has_odometry(self) -> bool:
         """Tell whether the motion of at least one view was measured."""

@@ -7,12 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from refseq.errors import LogError
-from refseq.limits import BEAMS
+from refseq.intake import check_angles
 from refseq.logs.transforms import Mount
 from refseq.view import Scan
-
-FARTHEST_START = 4 * math.pi
-"""The largest angle at which a scan is believed to start, either side of forwards [rad]."""
 
 
 def scan_of(
@@ -30,7 +27,7 @@ def scan_of(
     none.
     """
     count = len(ranges) if isinstance(ranges, Sized) else 1
-    check_angles(count, start, step)
+    check_angles(count, start, step, LogError)
     with np.errstate(over="ignore"):  # a range beyond all floats is none
         seen = np.array(ranges, dtype=np.float32).reshape(-1)
     reach = max_range if max_range is not None and math.isfinite(max_range) and max_range > 0 else None
@@ -39,20 +36,6 @@ def scan_of(
     if step < 0:
         seen, start, step = seen[::-1].copy(), start + step * (len(seen) - 1), -step
     return Scan(seen, start, step) if reach is None else Scan(seen, start, step, reach)
-
-
-def check_angles(count: int, start: float, step: float) -> None:
-    """Raise ``LogError`` for a number of beams, or for angles [rad], that no scanner has."""
-    BEAMS.check(count, "a message has")
-    if not (abs(start) <= FARTHEST_START and math.isfinite(step)) or (step == 0 and count > 1):
-        raise LogError(
-            f"a scan starts at {start} rad with steps of {step} rad; valid are angles within two turns, and steps not "
-            "of 0"
-        )
-    if abs(step) * (count - 1) > 2 * math.pi + abs(step) + 1e-3:
-        raise LogError(
-            f"a scan of {count} beams with steps of {step:g} rad is more than one turn; valid is one turn at most"
-        )
 
 
 def mounted(scan: Scan, mount: Mount | None) -> Scan:

@@ -5,16 +5,32 @@ from pathlib import Path
 from types import TracebackType
 from typing import Protocol, Self
 
+from refseq.errors import LogError
+from refseq.intake import usable
 from refseq.logs.rig import SensorRig
 from refseq.planar import Pose
 from refseq.view import View
+
+
+def writable(view: View, odometry: Pose) -> View:
+    """The view as a file can hold it, with grey pictures.
+
+    Raises ``ViewError`` for one that is not ``usable``, and ``LogError`` for one without a pose of the odometer, or
+    from before the year 1970, when all clocks of logs begin.
+    """
+    if not isinstance(odometry, Pose):
+        raise LogError(f"the odometer's pose is a {type(odometry).__name__}; valid is refseq.Pose")
+    view = usable(view)
+    if view.time < 0:
+        raise LogError(f"a view is at {view.time} s; valid are times from 0 on")
+    return view
 
 
 class DriveWriter(Protocol):
     """A drive that is being written; it is at its place when it has been closed, and beside it until then."""
 
     def write(self, view: View, odometry: Pose) -> None:
-        """Add a view, and the odometer's pose at it. Raises ``LogError`` when it cannot be written."""
+        """Add a view, and the odometer's pose at it. Raises as ``writable`` does, and where it cannot be written."""
         ...
 
     def note(self, metadata: Mapping[str, str]) -> None:

@@ -10,7 +10,7 @@ from refseq.health.monitor import HealthMonitor, usable_view
 from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
 from refseq.map.map import Map
-from refseq.map.matcher import Matcher, Measurement
+from refseq.map.matcher import Matcher, Measurement, wanted_of
 from refseq.view import LASER, Scan, View
 
 
@@ -23,8 +23,8 @@ class SensorGuard:
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
-        self._matcher = Matcher(map_, sensors=sensors, seed=seed)
-        self._wanted = map_.sensors if sensors is None else frozenset(sensors)
+        self._wanted = wanted_of(map_, sensors)
+        self._matcher = Matcher(map_, sensors=sorted(self._wanted), seed=seed)
         self._cameras = map_.sensors - {LASER}
         self._monitor = HealthMonitor()
         self.reset()

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
+from numbers import Integral
 from types import MappingProxyType
 
 import numpy as np
@@ -11,11 +12,11 @@ from refseq.errors import MapError, ViewError
 from refseq.features.extractor import Extractor
 from refseq.health.scans import returned
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.intake import check_motions, usable
+from refseq.intake import check_motions, each_view, names_in, usable
 from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
 from refseq.map.paths.annotations import annotations_of
-from refseq.map.profile import THESIS, Profile, profile_named
+from refseq.map.profile import THESIS, Profile, profile_of
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import Pose, after_motion
@@ -45,12 +46,14 @@ def learn(
     place, or the odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a
     motion that is no finite number, for a laser that no beam came back to, and where nothing is seen.
     """
-    if most_informative is not None and most_informative < 1:
-        raise MapError(f"{most_informative} words are to be kept; valid is at least 1")
-    drive = list(views)
-    chosen = profile_named(profile) if isinstance(profile, str) else profile
-    wanted = check_sensors(drive, sensors, "the drive")
-    extractors = make_extractors(features or chosen.features, wanted, chosen)
+    if most_informative is not None and not (isinstance(most_informative, Integral) and most_informative >= 1):
+        raise MapError(f"{most_informative} words are to be kept; valid is a whole number of at least 1")
+    if not isinstance(name, str):
+        raise MapError(f"the path's name is {name!r:.60}; valid is a text")
+    drive = list(each_view(views))
+    chosen = profile_of(profile)
+    wanted = check_sensors(drive, names_in(sensors), "the drive")
+    extractors = make_extractors(names_in(features) or chosen.features, wanted, chosen)
     check_motions(drive)
     check_way(drive)
     columns = [

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from refseq.belief import Belief, Stage
+from refseq.belief import Belief, Stage, stage_named
 from refseq.inference.chain.run_out import path_smoothed
+from refseq.intake import each_view
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
@@ -29,10 +30,10 @@ class Localiser:
         self, map_: Map, *, stage: Stage = Stage.CHAIN, sensors: Sequence[str] | None = None, seed: int = 0
     ) -> None:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
-        self._tracker = tracker_for(stage, map_)
+        self._stage = stage_named(stage)
+        self._tracker = tracker_for(self._stage, map_)
         self._poses = PosesBeside(map_)
         self._block = ScanBlock(map_, self._poses)
-        self._stage = stage
         self._last: Belief | None = None
 
     def reset(self) -> None:
@@ -62,10 +63,10 @@ class StagedLocaliser:
         seed: int = 0,
     ) -> None:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
-        self._trackers = {stage: tracker_for(stage, map_) for stage in stages}
+        self._trackers = {stage: tracker_for(stage, map_) for stage in map(stage_named, stages)}
         self._poses = PosesBeside(map_)
         self._block = ScanBlock(map_, self._poses)
-        self._last: dict[Stage, Belief | None] = dict.fromkeys(stages)
+        self._last: dict[Stage, Belief | None] = dict.fromkeys(self._trackers)
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""
@@ -97,8 +98,8 @@ def localise(
     ``sensors`` is a subset of the map's (default: all). Raises ``MapError`` for a sensor that the map does not have.
     """
     localiser = StagedLocaliser(map_, stages=stages, sensors=sensors, seed=seed)
-    beliefs: dict[Stage, list[Belief]] = {stage: [] for stage in stages}
-    for view in views:
+    beliefs: dict[Stage, list[Belief]] = {stage_named(stage): [] for stage in stages}
+    for view in each_view(views):
         for stage, belief in localiser.update(view).items():
             beliefs[stage].append(belief)
     return beliefs
@@ -115,7 +116,7 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
     poses = PosesBeside(map_)
     block, measured = ScanBlock(map_, poses), []
-    for view in views:
+    for view in each_view(views):
         found = guard.match(view)
         poses.take(guard.scan)
         measured += block.weighed(found, None)

@@ -275,6 +275,12 @@ def check_names(names: Sequence[str]) -> None:
             raise MapError(f"path {name!r} is there twice; valid are names of their own")
 
 
+def check_is_map(map_: object) -> None:
+    """Raise ``MapError`` for what is no map, such as the name of its file."""
+    if not isinstance(map_, Map):
+        raise MapError(f"a map is a {type(map_).__name__}; valid is refseq.Map, as learn or Map.load(file) gives it")
+
+
 def beside(maps: Sequence[Map]) -> Map:
     """One map of several as they are, none merged. Raises ``MapError`` for none, equal names or unlike maps."""
     if not maps:

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,10 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from refseq.belief import Timings
-from refseq.errors import MapError
+from refseq.errors import MapError, RefseqError
 from refseq.features.memory import clock
-from refseq.map.map import Map
+from refseq.intake import names_in
+from refseq.map.map import Map, check_is_map
 from refseq.map.profile import Matching
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
@@ -48,8 +50,8 @@ class Matcher:
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
-        wanted = map_.sensors if sensors is None else frozenset(sensors)
-        check_among(wanted, map_.sensors)
+        wanted = wanted_of(map_, sensors)
+        check_seed(seed)
         self._sequences = map_.sequences
         self.extractors = [tuple(e for e in one.extractors if e.sensor in wanted) for one in map_.sequences]
         self._seed = seed
@@ -97,6 +99,23 @@ def compare(
         likelihood, log_average = match.likelihood, match.log_average
     timings = Timings(spent.features, spent.matching, mixture=time.perf_counter() - start)
     return Measurement(likelihood, distance, timings, log_ratio, log_average)
+
+
+def wanted_of(map_: Map, sensors: Sequence[str] | None) -> frozenset[str]:
+    """The sensors to match by: those asked for, or all of the map.
+
+    Raises ``MapError`` for what is no map, and for a sensor that the map does not have.
+    """
+    check_is_map(map_)
+    wanted = frozenset(names_in(sensors) or map_.sensors)
+    check_among(wanted, map_.sensors)
+    return wanted
+
+
+def check_seed(seed: object) -> None:
+    """Raise ``RefseqError`` for what is no seed."""
+    if not isinstance(seed, Integral) or seed < 0:
+        raise RefseqError(f"seed {seed!r} is not valid; valid is a whole number from 0")
 
 
 def check_among(wanted: Iterable[str], there: Iterable[str]) -> None:

@@ -105,6 +105,15 @@ PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "counting"
 """The named profiles."""
 
 
+def profile_of(profile: Profile | str) -> Profile:
+    """A profile of one's own as it is, or that of a name (``profile_named``). Raises ``MapError`` for anything else."""
+    if isinstance(profile, str):
+        return profile_named(profile)
+    if not isinstance(profile, Profile):
+        raise MapError(f"profile {profile!r:.60} is unknown; valid are {', '.join(PROFILES)}, or a Profile")
+    return profile
+
+
 def profile_named(name: str) -> Profile:
     """One of ``PROFILES``, with any setting changed behind a plus sign: ``thesis+chain.window=20+mixture.cost=0.9``.
 

@@ -1,14 +1,34 @@
 """Views of strangers: made sense of, or refused in one line that names the view, the sensor and what is valid."""
 
+import re
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
-from refseq import Localiser, Scan, View, ViewError, learn
-from refseq.intake import usable
+from refseq import (
+    Localiser,
+    LogError,
+    Map,
+    Pose,
+    Recording,
+    RecordingWriter,
+    RefseqError,
+    Scan,
+    Stage,
+    View,
+    ViewError,
+    add_drive,
+    learn,
+    localise,
+    merge,
+    read_recording,
+)
+from refseq.intake import each_view, sound, usable
 
 GREY = np.random.default_rng(7).integers(0, 256, (48, 64), np.uint8)
 
@@ -130,3 +150,218 @@ def test_the_smallest_and_the_slenderest_pictures_say_nothing(shape: tuple[int, 
 
 def test_a_map_is_told_in_one_line() -> None:
     assert repr(learn(walk(), name="wall")) == "<Map of 6 places: wall 4.0 m; front, laser>"
+
+
+@pytest.mark.parametrize(
+    ("view", "told"),
+    [
+        (None, "a view is a NoneType; valid is refseq.View"),
+        (GREY, "a view is a ndarray; valid is refseq.View"),
+        (replace(seen(), time="now"), "a view's time is 'now' s; valid is a finite number"),
+        (replace(seen(), time=None), "a view's time is None s; valid is a finite number"),
+        (
+            replace(seen(), images=[GREY]),
+            "view at 1.5 s: images are a list; valid are pictures by the names of their cameras, as a dict",
+        ),
+        (replace(seen(), images={"": GREY}), "view at 1.5 s: a camera's name is ''; valid is any text but 'laser'"),
+        (replace(seen(), images={3: GREY}), "view at 1.5 s: a camera's name is 3; valid is any text but 'laser'"),
+        (
+            replace(seen(), images={"laser": GREY}),
+            "view at 1.5 s: a camera's name is 'laser'; valid is any text but 'laser'",
+        ),
+        (replace(seen(), behaviour=3), "view at 1.5 s: behaviour is 3; valid is a text"),
+        (
+            replace(seen(), distance="0.5"),
+            "view at 1.5 s: distance is '0.5'; valid is a number, or None: not measured",
+        ),
+        (replace(seen(), turn=1j), "view at 1.5 s: turn is 1j; valid is a number, or None: not measured"),
+        (
+            replace(seen(), scan=np.ones(3)),
+            "view at 1.5 s: laser: a scan is a ndarray; valid is refseq.Scan, or None",
+        ),
+        (
+            replace(seen(), scan=Scan(np.ones(3), start=None)),
+            "view at 1.5 s: laser: start is None; valid is a number",
+        ),
+        (
+            replace(seen(), scan=Scan(np.ones(3), step=np.nan)),
+            "view at 1.5 s: laser: a scan starts at -1.5707963267948966 rad with steps of nan rad; "
+            "valid are angles within two turns, and steps not of 0",
+        ),
+        (
+            replace(seen(), scan=Scan(np.ones(361), step=0.5)),
+            "view at 1.5 s: laser: a scan of 361 beams with steps of 0.5 rad is more than one turn; "
+            "valid is one turn at most",
+        ),
+        (
+            replace(seen(), scan=Scan(np.ones(100_001), step=1e-5)),
+            "view at 1.5 s: laser: it has 100001 ranges in a scan; valid are at most 100000",
+        ),
+        *(
+            (
+                replace(seen(), scan=Scan(np.ones(3), max_range=reach)),
+                f"view at 1.5 s: laser: max_range is {reach} m; valid is a finite number above 0",
+            )
+            for reach in (np.nan, np.inf, 0, -8.0)
+        ),
+        (
+            seen(np.zeros((9000, 9000), np.uint8)),
+            "view at 1.5 s: front: an image has 81000000 pixels in a picture; valid are at most 67108864",
+        ),
+    ],
+)
+def test_what_is_no_view_is_refused_by_name(view: Any, told: str) -> None:
+    with pytest.raises(ViewError) as caught:
+        usable(view)
+    assert str(caught.value) == told
+
+
+VALID = "valid are refseq.View, one after the other, as read_recording(file).views are"
+
+
+@pytest.mark.parametrize(
+    ("views", "told"),
+    [
+        ("drive.mcap", f"the views are a str; {VALID}"),
+        (seen(), f"the views are a View; {VALID}"),
+        ([seen(), GREY], f"view 1 is a ndarray; {VALID}"),
+        (["drive.mcap"], f"view 0 is a str; {VALID}"),
+    ],
+)
+def test_what_gives_no_views_is_refused_wherever_views_are_taken(views: Any, told: str) -> None:
+    with pytest.raises(ViewError) as caught:
+        list(each_view(views))
+    assert str(caught.value) == told
+    for taken in (learn, lambda given: localise(MAP, given), lambda given: add_drive(BEST, given)):
+        with pytest.raises(ViewError, match=r"^(the views are|view [01] is) a "):
+            taken(views)
+
+
+def test_a_view_that_is_sound_is_left_as_it_is() -> None:
+    view = walk()[0]
+    assert sound(view) is view
+
+
+def test_a_scanner_that_turns_clockwise_is_turned_round() -> None:
+    ranges = np.linspace(1, 4, 181, dtype=np.float32)
+    one, other = Scan(ranges, -1.0, 0.01), Scan(ranges[::-1].copy(), 0.8, -0.01)
+    turned = usable(replace(seen(), scan=other)).scan
+    assert turned is not None
+    np.testing.assert_allclose(turned.points, one.points, atol=1e-6)
+    assert turned.step > 0
+
+
+@pytest.mark.parametrize("name", ["distance", "turn"])
+@pytest.mark.parametrize("value", [None, float("nan"), float("inf")])
+def test_a_motion_that_is_no_number_was_not_measured(name: str, value: Any) -> None:
+    view = usable(replace(seen(), **{name: value}))
+    assert (view.distance, view.turn, view.has_odometry) == (0.0, 0.0, False)
+
+
+@pytest.mark.parametrize("profile", ["thesis", "best"])
+@pytest.mark.parametrize("value", [None, float("nan"), float("inf"), float("-inf")])
+def test_beliefs_without_odometry_are_the_same_however_that_is_told(profile: str, value: Any) -> None:
+    map_ = learn(walk(), profile=profile)
+    told, plain = ([replace(v, **change) for v in walk()] for change in ({"distance": value}, {"has_odometry": False}))
+    found, wanted = (localise(map_, views, stages=[Stage.CHAIN])[Stage.CHAIN] for views in (told, plain))
+    for one, other in zip(found, wanted, strict=True):
+        assert one.places.tobytes() == other.places.tobytes()
+        assert one.lost == other.lost
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"distance": None}, "view 0 at 0 s: distance nan m; valid is a finite number"),
+        ({"turn": float("inf")}, "view 0 at 0 s: turn inf rad; valid is a finite number"),
+        ({"distance": 1e12}, "view 0 at 0 s: distance 1000000000000.0 m; valid are numbers from -1e+09 to 1e+09"),
+        ({"truth": (0, 0, 0)}, "view 0 at 0 s: truth is a tuple; valid is refseq.Pose, or None"),
+        ({"truth": Pose(0.0, float("nan"), 0.0)}, "view 0 at 0 s: true y nan m; valid is a finite number"),
+    ],
+)
+def test_a_map_that_could_not_be_read_again_is_not_learnt(change: dict[str, Any], told: str) -> None:
+    with pytest.raises(ViewError) as caught:
+        learn(walk(**change))
+    assert str(caught.value) == told
+
+
+def test_a_recording_serves_wherever_views_do() -> None:
+    recording = Recording(tuple(walk()))
+    assert learn(recording).to_bytes() == learn(walk()).to_bytes()
+    assert len(localise(MAP, recording)[Stage.CHAIN]) == 6
+
+
+def test_ranges_of_a_list_are_learnt_as_those_of_an_array() -> None:
+    lists = [replace(v, scan=replace(v.scan, ranges=v.scan.ranges.tolist())) for v in walk() if v.scan is not None]
+    assert learn(lists).to_bytes() == learn(walk()).to_bytes()
+
+
+def test_one_name_serves_for_a_list_of_one() -> None:
+    assert learn(walk(), sensors="front", features="sift").sensors == {"front"}
+    one, all_ = (Localiser(MAP, sensors=given).update(walk()[2]) for given in ("front", ["front"]))
+    assert one.places.tobytes() == all_.places.tobytes()
+
+
+@pytest.mark.parametrize("stage", Stage)
+def test_a_stage_goes_by_its_name_too(stage: Stage) -> None:
+    one, other = (Localiser(MAP, stage=given).update(walk()[2]) for given in (stage, str(stage)))
+    assert (one.places.tobytes(), one.lost) == (other.places.tobytes(), other.lost)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: Localiser("map.refseq"), "a map is a str; valid is refseq.Map, as learn or Map.load(file) gives it"),
+        (lambda: merge(["a.refseq"]), "a map is a str; valid is refseq.Map, as learn or Map.load(file) gives it"),
+        (lambda: add_drive(None, []), "a map is a NoneType; valid is refseq.Map, as learn or Map.load(file) gives it"),
+        (lambda: Localiser(MAP, stage="hmm"), "stage 'hmm' is unknown; valid are uniform, prior, chain"),
+        (lambda: Localiser(MAP, seed=-1), "seed -1 is not valid; valid is a whole number from 0"),
+        (lambda: Localiser(MAP, seed=None), "seed None is not valid; valid is a whole number from 0"),
+        (
+            lambda: learn(walk(), profile=None),
+            "profile None is unknown; valid are thesis, counting, best, or a Profile",
+        ),
+        (lambda: learn(walk(), name=3), "the path's name is 3; valid is a text"),
+        (
+            lambda: learn(walk(), most_informative=1.5),
+            "1.5 words are to be kept; valid is a whole number of at least 1",
+        ),
+    ],
+)
+def test_arguments_of_another_kind_are_refused_by_name(call: Callable[[], Any], told: str) -> None:
+    with pytest.raises(RefseqError, match=f"^{re.escape(told)}$"):
+        call()
+
+
+def test_maps_are_merged_from_one_alone_and_from_a_generator() -> None:
+    assert merge(MAP).to_bytes() == merge(iter([MAP])).to_bytes() == merge([MAP]).to_bytes()
+
+
+@pytest.mark.parametrize(
+    ("view", "odometry", "error", "told"),
+    [
+        (seen(GREY / 255), Pose(0, 0, 0), ViewError, "view at 1.5 s: front: an image of (48, 64) float64; valid is"),
+        (seen(), None, LogError, "the odometer's pose is a NoneType; valid is refseq.Pose"),
+        (replace(seen(), time=-5.0), Pose(0, 0, 0), LogError, "a view is at -5.0 s; valid are times from 0 on"),
+    ],
+)
+def test_a_log_is_not_written_of_what_it_cannot_hold(
+    tmp_path: Path, view: View, odometry: Any, error: type[RefseqError], told: str
+) -> None:
+    with RecordingWriter(tmp_path / "drive.mcap", {}) as writer:
+        writer.write(seen(), Pose(0.0, 0.0, 0.0))
+        with pytest.raises(error, match=f"^{re.escape(told)}"):
+            writer.write(view, odometry)
+    assert len(read_recording(tmp_path / "drive.mcap").views) == 1
+
+
+def test_colour_is_written_as_the_grey_that_the_localiser_sees(tmp_path: Path) -> None:
+    colour = np.dstack([GREY, np.roll(GREY, 9), GREY[::-1]])
+    with RecordingWriter(tmp_path / "drive.mcap", {}) as writer:
+        writer.write(seen(colour, [1.0, 2.0, 3.0]), Pose(0.0, 0.0, 0.0))
+    (view,) = read_recording(tmp_path / "drive.mcap").views
+    assert np.array_equal(view.images["front"], usable(seen(colour)).images["front"])
+
+
+MAP: Map = learn(walk())
+BEST: Map = learn(walk(), profile="best")

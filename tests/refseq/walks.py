@@ -52,7 +52,7 @@ class Town:
                 seen.append((near & (way == reverse), near))
                 poses.append(Pose(float(x), 100.0 * number, np.pi * reverse))
         camera, laser = (np.array(bits) for bits in zip(*seen, strict=True))
-        drawn = {"camera": camera, "laser": laser[:, ::4]}
+        drawn = {"camera": camera, "scanner": laser[:, ::4]}
         drawn = {
             key: np.where(rng.random(b.shape) < missed, False, b) | (rng.random(b.shape) < false)
             for key, b in drawn.items()

@@ -27,6 +27,7 @@ from refseq.errors import LogError
 from refseq.files import free_names, put
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.rig import SensorRig
+from refseq.logs.writing import writable
 from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 
@@ -92,8 +93,9 @@ class RecordingWriter(ClosedAtExit):
     def write(self, view: View, odometry: Pose) -> None:
         """Add a view; ``odometry`` is the pose that the robot's odometer shows, from which motion is read back.
 
-        Raises ``LogError`` when it cannot be written, on a full disk say.
+        Raises ``LogError`` when it cannot be written, on a full disk say, and as ``writable`` does.
         """
+        view = writable(view, odometry)
         with self._telling():
             self._write(view, odometry)
         self.written += 1

@@ -25,6 +25,7 @@ from refseq.logs.ros.decoder import Serialization, known_types
 from refseq.logs.ros.files import METADATA_FILE, STORAGE_SUFFIXES
 from refseq.logs.ros.outgoing import RosMessage, ViewMessages, camera_topics
 from refseq.logs.source import NANOSECONDS
+from refseq.logs.writing import writable
 from refseq.planar import Pose
 from refseq.view import View
 
@@ -108,6 +109,7 @@ class BagWriter(ClosedAtExit):
 
     def write(self, view: View, odometry: Pose) -> None:
         """Add a view, and the odometer's pose at it. Raises ``LogError`` when it cannot be written."""
+        view = writable(view, odometry)
         logged = round(view.time * NANOSECONDS)
         if not 0 <= logged < 1 << 62:
             raise LogError(f"{self.path}: a view is at {view.time} s; valid in a bag are times from 0 on")

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.intake import check_motions, usable
+from refseq.intake import check_motions, each_view, usable
 from refseq.map.extractors import make_extractor
 from refseq.map.growth.experiences import FIRST, Experiences
 from refseq.map.growth.hindsight import SeenView, seen_drive
 from refseq.map.growth.record import AddedDrive, digest_of
-from refseq.map.map import Map
+from refseq.map.map import Map, check_is_map
 from refseq.map.matcher import Features
 from refseq.map.profile import Matching
 from refseq.map.reduction import without_unseen
@@ -84,7 +84,7 @@ def add_drive(
     Raises ``MapError`` for a map whose matching is not by log ratios, for a drive of another robot, one that lacks a
     sensor of the map, is too short, or is hardly recognised anywhere, and ``ViewError`` for views that are not usable.
     """
-    rules, drive = settings or GrowthSettings(), list(views)
+    rules, drive = settings or GrowthSettings(), list(each_view(views))
     check_map(map_)
     check_drive(map_, drive, metadata or {}, rules)
     digest = digest_of(drive)
@@ -110,7 +110,8 @@ def add_drive(
 
 
 def check_map(map_: Map) -> None:
-    """Raise ``MapError`` for a map that cannot have further experiences."""
+    """Raise ``MapError`` for a map that cannot have further experiences, or is none."""
+    check_is_map(map_)
     matching = map_.profile.method.matching
     if matching is not Matching.LOG_RATIO:
         raise MapError(f"its matching is {matching}, which takes no further experiences; valid is a map learnt as best")

@@ -100,12 +100,12 @@ def test_what_the_laser_alone_says_is_refused() -> None:
     seen, blind = TOWN.views([("A", 0, 40)], 1), TOWN.views([("A", 0, 40)], 2)
     elsewhere = TOWN.views([("E", 0, 40)], 3)
     turned = [
-        replace(v, images={"camera": o.images["camera"], "laser": v.images["laser"]})
+        replace(v, images={"camera": o.images["camera"], "scanner": v.images["scanner"]})
         for v, o in zip(blind, elsewhere, strict=True)
     ]
     (found,) = overlaps(bits_sequence(seen, BEST), bits_sequence(turned, BEST))
     assert found.objection.endswith("nats a view")
-    assert found.told["laser"] > 0.5 > found.told["camera"]
+    assert found.told["scanner"] > 0.5 > found.told["camera"]
 
 
 def test_a_name_that_is_in_the_atlas_already_is_told() -> None:

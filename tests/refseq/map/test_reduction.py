@@ -60,7 +60,7 @@ def test_more_words_than_there_are_leave_the_map_as_it_is(views: list[View]) -> 
 def test_no_word_at_all_is_refused(views: list[View]) -> None:
     with pytest.raises(MapError) as caught:
         learn(views, most_informative=0)
-    assert str(caught.value) == "0 words are to be kept; valid is at least 1"
+    assert str(caught.value) == "0 words are to be kept; valid is a whole number of at least 1"
 
 
 def test_a_compact_map_forgets_words_and_can_be_loaded(views: list[View], tmp_path: Path) -> None:
