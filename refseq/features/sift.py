@@ -31,6 +31,10 @@ class SiftKeys(NamedTuple):
     descriptors: NDArray[np.uint8]
 
 
+NO_KEYS = SiftKeys(_NOWHERE, _NONE)
+"""Those of a blank image, and of one that is missing."""
+
+
 @dataclass(frozen=True, slots=True)
 class SiftSettings:
     """Settings of SIFT: the keys of an image that are used, and the distance within which descriptors are one word.
@@ -84,11 +88,17 @@ class SiftWords(WordExtractor):
         looked_at, found = self._found.get(id(image), (None, None))
         return found if found and looked_at and looked_at() is image else self.keys(image)
 
+    def shown(self, view: View) -> SiftKeys:
+        """Keys of a view that was described just now, in the order of its descriptors: not found again."""
+        image = view.images[self.sensor]
+        points = described((self.settings, "points"), image, lambda seen: self.drawn(seen).points)
+        return SiftKeys(points, described(self.settings, image, lambda seen: self.drawn(seen).descriptors))
+
     def _find(self, image: NDArray[np.uint8]) -> SiftKeys:
         s = self.settings
         keys, descriptors = self._sift.detectAndCompute(halved(image) if s.halved else image, None)
         if descriptors is None:
-            return SiftKeys(_NOWHERE, _NONE)
+            return NO_KEYS
         octaves = np.array([_octave(key) for key in keys]) + s.halved
         used = np.flatnonzero((s.first_octave <= octaves) & (octaves <= s.last_octave))
         response = np.array([key.response for key in keys])[used]

@@ -1,11 +1,12 @@
 """Matching under guard: sensors that are ill have no part in it, and beliefs tell of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from refseq.belief import LOST, Belief
 from refseq.errors import ViewError
 from refseq.fault import DeclaredFault, FaultKind
+from refseq.features.sift import SiftKeys, SiftWords
 from refseq.health.monitor import HealthMonitor, usable_view
 from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
@@ -37,6 +38,7 @@ class SensorGuard:
         self.faults: tuple[DeclaredFault, ...] = ()
         self._sightless, self._met = False, False
         self.scan: Scan | None = None
+        self._trusted: View | None = None
 
     def match(self, view: View) -> list[Measurement]:
         """Compare what can be trusted of a view with the places of every sequence.
@@ -54,9 +56,18 @@ class SensorGuard:
         trusted = usable_view(view, self.faults)
         if trusted.sensors != health.usable.sensors:
             measured = self._matcher.match(trusted)
+        self._trusted = trusted
         self.scan = trusted.scan if LASER in self._wanted else None
         self._sightless = bool(self.faults) and not trusted.sensors & self._wanted
         return measured
+
+    def keys(self) -> Mapping[str, SiftKeys]:
+        """Keys of the last view, by camera: of those that are wanted and can be trusted."""
+        view = self._trusted
+        if view is None:
+            return {}
+        words = (one for one in self._matcher.extractors[0] if isinstance(one, SiftWords))
+        return {one.sensor: one.shown(view) for one in words if one.sensor in view.sensors}
 
     def _check_cameras(self, view: View) -> None:
         """Raise ``ViewError`` as long as no camera of the map was met: names differ, or the robot does."""

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from refseq.errors import MapError, ViewError
 from refseq.features.extractor import Extractor
+from refseq.features.sift import NO_KEYS, SiftKeys, SiftWords
 from refseq.health.scans import returned
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, each_view, names_in, usable
 from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
 from refseq.map.paths.annotations import annotations_of
+from refseq.map.paths.keys import PathKeys
 from refseq.map.profile import THESIS, Profile, profile_of
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
@@ -56,10 +58,10 @@ def learn(
     extractors = make_extractors(names_in(features) or chosen.features, wanted, chosen)
     check_motions(drive)
     check_way(drive)
-    columns = [
-        {extractor.key: extractor.learn(view) for extractor in extractors if extractor.sensor in view.sensors}
-        for view in (usable(one, wanted) for one in drive)
-    ]
+    columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
+    for view in (usable(one, wanted) for one in drive):
+        columns.append({one.key: one.learn(view) for one in extractors if one.sensor in view.sensors})
+        keys.add(view)
     check_seen(drive, extractors)
     matrix = IncidenceMatrix.from_columns(columns, {extractor.key: extractor.size for extractor in extractors})
     along = np.cumsum([0.0] + [abs(view.distance) for view in drive[1:]])
@@ -70,7 +72,22 @@ def learn(
         sequence = with_most_informative(sequence, most_informative)
     scans = panoramas(drive if LASER in wanted else [])
     times = np.array([view.time for view in drive], np.float64)
-    return Map.of(sequence, name, annotations_of(drive), scans, times)
+    return Map.of(sequence, name, annotations_of(drive), scans, times, keys.learnt())
+
+
+class _KeysOnTheWay:
+    """Keys of each camera that some extractors find words of, view by view."""
+
+    def __init__(self, extractors: Sequence[Extractor]) -> None:
+        self._words = [one for one in extractors if isinstance(one, SiftWords)]
+        self._found: dict[str, list[SiftKeys]] = {one.sensor: [] for one in self._words}
+
+    def add(self, view: View) -> None:
+        for one in self._words:
+            self._found[one.sensor].append(one.shown(view) if one.sensor in view.sensors else NO_KEYS)
+
+    def learnt(self) -> Mapping[str, PathKeys]:
+        return {camera: PathKeys.of(views) for camera, views in self._found.items()}
 
 
 def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:

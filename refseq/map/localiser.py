@@ -5,10 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from refseq.belief import Belief, Stage, stage_named
 from refseq.inference.chain.run_out import path_smoothed
 from refseq.intake import each_view
+from refseq.map.blocks.beside_words import BesideWords
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
-from refseq.map.poses_beside import PosesBeside
-from refseq.map.scan_block import ScanBlock
 from refseq.map.stages import ChainTracker
 from refseq.map.trackers import tracker_for
 from refseq.view import View
@@ -32,8 +31,7 @@ class Localiser:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._stage = stage_named(stage)
         self._tracker = tracker_for(self._stage, map_)
-        self._poses = PosesBeside(map_)
-        self._block = ScanBlock(map_, self._poses)
+        self._beside = BesideWords(map_)
         self._last: Belief | None = None
 
     def reset(self) -> None:
@@ -45,10 +43,10 @@ class Localiser:
     def update(self, view: View) -> Belief:
         """Take the next view and answer from the views up to it."""
         measured = self._guard.match(view)
-        self._poses.take(self._guard.scan)
-        belief = self._guard.told(self._tracker.update(self._block.weighed(measured, self._last)))
+        self._beside.take(self._guard)
+        belief = self._guard.told(self._tracker.update(self._beside.weighed(measured, self._last)))
         self._last = _prior(self._stage, belief)
-        return self._poses.told(belief)
+        return self._beside.told(belief)
 
 
 class StagedLocaliser:
@@ -64,20 +62,19 @@ class StagedLocaliser:
     ) -> None:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._trackers = {stage: tracker_for(stage, map_) for stage in map(stage_named, stages)}
-        self._poses = PosesBeside(map_)
-        self._block = ScanBlock(map_, self._poses)
+        self._beside = BesideWords(map_)
         self._last: dict[Stage, Belief | None] = dict.fromkeys(self._trackers)
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""
         measured = self._guard.match(view)
-        self._poses.take(self._guard.scan)
+        self._beside.take(self._guard)
         told = {
-            stage: self._guard.told(tracker.update(self._block.weighed(measured, self._last[stage])))
+            stage: self._guard.told(tracker.update(self._beside.weighed(measured, self._last[stage])))
             for stage, tracker in self._trackers.items()
         }
         self._last = {stage: _prior(stage, belief) for stage, belief in told.items()}
-        return {stage: self._poses.told(belief) for stage, belief in told.items()}
+        return {stage: self._beside.told(belief) for stage, belief in told.items()}
 
 
 def _prior(stage: Stage, belief: Belief) -> Belief | None:
@@ -114,11 +111,10 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     """
     tracker = ChainTracker(map_.sequence)
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
-    poses = PosesBeside(map_)
-    block, measured = ScanBlock(map_, poses), []
+    beside, measured = BesideWords(map_), []
     for view in each_view(views):
         found = guard.match(view)
-        poses.take(guard.scan)
-        measured += block.weighed(found, None)
+        beside.take(guard)
+        measured += beside.weighed(found, None)
     posteriors = path_smoothed([tracker.observation(one) for one in measured], tracker.chain)
     return [tracker.belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief
 from refseq.errors import MapError
+from refseq.features.sift import SiftKeys
 from refseq.inference.chain.network import Network
 from refseq.map.format.archive import open_archive, pack, write_archive
 from refseq.map.format.file import described, read_parts
 from refseq.map.growth.record import NOT_GROWN, GrowthRecord
 from refseq.map.merge_record import NOT_MERGED, MergeRecord
 from refseq.map.paths.annotations import Annotations
+from refseq.map.paths.keys import PathKeys
 from refseq.map.paths.path import Link, MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
@@ -63,15 +65,18 @@ class Map:
         annotations: Annotations | None = None,
         scans: NDArray[np.uint16] | None = None,
         times: NDArray[np.float64] | None = None,
+        keys: Mapping[str, PathKeys] | None = None,
     ) -> Self:
         """A map of one path, through all places of a sequence.
 
-        ``scans`` (K, 360) are those of a laser there, ``times`` (K,) [s] the stamps of the views in their recording.
+        ``scans`` (K, 360) are those of a laser there, ``times`` (K,) [s] the stamps of the views in their recording,
+        ``keys`` those that each camera saw there.
         """
         along = sequence.along - sequence.along[0]
         path = MapPath(name, along, np.zeros(len(along), np.intp), np.arange(len(along)), annotations or Annotations())
         path = path if scans is None else replace(path, scans=scans)
         path = path if times is None else replace(path, times=times)
+        path = path if keys is None else replace(path, keys=keys)
         return cls((name,), (sequence,), (path,))
 
     @classmethod
@@ -231,10 +236,20 @@ class Map:
 
     def scan(self, place: int) -> NDArray[np.uint16] | None:
         """Ranges seen at a place, (360,) [cm] (``refseq.scan_matching.panorama``); None where none are kept."""
+        path, view = self._view_of(place)
+        return path.scans[view] if len(path.scans) else None
+
+    def keys(self, place: int) -> Mapping[str, SiftKeys]:
+        """Keys seen at a place, by camera; none where the map does not hold them."""
+        path, view = self._view_of(place)
+        return {camera: its.at(view) for camera, its in path.keys.items()}
+
+    def _view_of(self, place: int) -> tuple[MapPath, int]:
+        """The path that a place was learnt on, and the number of its view there."""
         view = int(self.learnt[place])
         for path in self.paths:
             if view < len(path):
-                return path.scans[view] if len(path.scans) else None
+                return path, view
             view -= len(path)
         raise IndexError(place)
 

@@ -21,6 +21,7 @@ from refseq.map.format.layout import check_declared, check_values, rules_of
 from refseq.map.growth.experiences import Experiences
 from refseq.map.growth.record import NOT_GROWN, GrowthRecord
 from refseq.map.merge_record import MergeRecord
+from refseq.map.paths.keys import PathKeys
 from refseq.map.paths.path import MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
@@ -30,6 +31,7 @@ SPOILT = f"{HEADER} and arrays do not make a map"
 PATH_ARRAYS = ("along", "sequences", "places")
 PATH_KNOWN = ("odometry", "poses", "scans", "times", "loops")
 
+KEYS, KEY_ARRAYS = "keys/", ("counts", "points", "packed")
 EXPERIENCES = "experiences/"
 
 Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...], MergeRecord, GrowthRecord]
@@ -67,6 +69,8 @@ def described(
         arrays |= {f"paths/{number}/{name}": getattr(path, name) for name in PATH_ARRAYS}
         known = {name: getattr(path, name) for name in PATH_KNOWN}
         arrays |= {f"paths/{number}/{name}": array for name, array in known.items() if len(array)}
+        for camera, its in path.keys.items():
+            arrays |= {f"paths/{number}/{KEYS}{camera}/{name}": getattr(its, name) for name in KEY_ARRAYS}
     return header, arrays
 
 
@@ -155,7 +159,19 @@ def _path(table: PathTable, arrays: Arrays) -> MapPath:
         raise ValueError(f"annotations: {len(annotations.behaviours)} behaviours for {len(along)} places")
     sequences, places = (arrays[name].astype(np.intp, copy=False) for name in ("sequences", "places"))
     known = {name: arrays[name] for name in PATH_KNOWN if name in arrays}
-    return MapPath(table.name, along, sequences, places, annotations, **known)
+    keys = _keys(table, _under(KEYS, arrays))
+    return MapPath(table.name, along, sequences, places, annotations, **known, keys=keys)
+
+
+def _keys(table: PathTable, arrays: Arrays) -> dict[str, PathKeys]:
+    """Keys of a path's views, by camera."""
+    found = {}
+    for camera in sorted({name.rpartition("/")[0] for name in arrays}):
+        its = PathKeys(*(arrays[f"{camera}/{name}"] for name in KEY_ARRAYS))
+        if (count := int(its.counts.sum())) != len(its.points):
+            raise ValueError(f"path {table.name!r}: {camera} has {len(its.points)} keys; its counts make {count}")
+        found[camera] = its
+    return found
 
 
 def _check_rising(along: NDArray[np.float64], what: str) -> None:

@@ -17,6 +17,7 @@ from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.limits import MAP_METRES, MAP_PLACES
 from refseq.map.format.header import MapHeader
 from refseq.map.format.npy import DeclaredArray
+from refseq.map.paths.keys import MOST, PACKED_SIZE
 from refseq.scan_matching.panorama import DEGREES
 
 LARGEST = float(np.finfo(np.float64).max)
@@ -75,6 +76,17 @@ PATH: Mapping[str, ArrayRule] = {
 }
 """Arrays of a path."""
 
+
+def keys_of(camera: str) -> Mapping[str, ArrayRule]:
+    """Arrays of a path for the keys of a camera, ``M camera`` of them in all: there are none, or all three."""
+    many = f"M {camera}"
+    return {
+        f"keys/{camera}/counts": ArrayRule("i4", ("V",), low=0, high=MOST, optional=True),
+        f"keys/{camera}/points": ArrayRule("u2", (many, 2), low=0, optional=True),
+        f"keys/{camera}/packed": ArrayRule("u1", (many, PACKED_SIZE), low=0, optional=True),
+    }
+
+
 Rules = Mapping[str, tuple[ArrayRule, Mapping[str, int]]]
 """Rules by the names of arrays in the file, each with the sizes that the file's header gives."""
 
@@ -89,8 +101,12 @@ def rules_of(header: MapHeader) -> Rules:
         for key, size in table.blocks.items():
             if rule := WORDS.get(key.partition("/")[0]):
                 found[f"{stem}/features/{key}/words"] = rule, {"W": size}
+    words = {key for table in header.sequences for key in table.blocks if key.startswith("sift/")}
+    rules = dict(PATH)
+    for key in sorted(words):
+        rules |= keys_of(key.removeprefix("sift/"))
     for number in range(len(header.paths)):
-        found |= {f"paths/{number}/{name}": (rule, {}) for name, rule in PATH.items()}
+        found |= {f"paths/{number}/{name}": (rule, {}) for name, rule in rules.items()}
     return found
 
 

@@ -77,7 +77,14 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "tolerance": (0.0, 1e6),
             "iterations": (1, 1000),
         },
-        "log_ratio": {"blind": SHARE, "apart": LENGTH, "views": (1, 100_000), "scores": (1, 10**8), "scans": (0, 1000)},
+        "log_ratio": {
+            "blind": SHARE,
+            "apart": LENGTH,
+            "views": (1, 100_000),
+            "scores": (1, 10**8),
+            "scans": (0, 1000),
+            "geometry": (0, 1000),
+        },
         "motion": {"slack": LENGTH, "drift": (0.0, 100.0), "tail": SHARE, "regularisation": SHARE},
         "chain": {
             "window": (1, 10_000),

@@ -1,11 +1,14 @@
 """A path as it was learnt: where in the map each of its views now lies."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.map.paths.annotations import Annotations
+from refseq.map.paths.keys import PathKeys
 from refseq.scan_matching.panorama import DEGREES
 
 
@@ -21,7 +24,8 @@ class MapPath:
     x, y [m] and heading [rad]; ``poses`` (K, 3) those in the one frame of all paths that are joined. Both are (0, 3)
     where they are not known. ``scans`` (K, 360) are what a laser saw (``refseq.scan_matching.panorama``), for later
     merging; (0, 360) without one. ``times`` (K,) are the views' stamps in the recording that they were learnt from [s],
-    by which they are found there again; (0,) where they are not known.
+    by which they are found there again; (0,) where they are not known. ``keys`` are those of each camera, where
+    geometry is asked for (``log_ratio.geometry``).
 
     ``loops`` (n, 2) are pairs of views, the earlier first, that are one place: there the path came back to itself.
     """
@@ -36,6 +40,7 @@ class MapPath:
     scans: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, DEGREES), np.uint16))
     times: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     loops: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), np.intp))
+    keys: Mapping[str, PathKeys] = field(default_factory=lambda: MappingProxyType({}))
 
     def __len__(self) -> int:
         return len(self.along)

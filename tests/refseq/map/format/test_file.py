@@ -422,7 +422,7 @@ def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
     rewrite(saved_best, forget)
     assert error_of(saved_best) == (
         f"{saved_best}: map.json and arrays do not make a map: "
-        "profile.log_ratio is None; valid is a table of apart, blind, scans, scores, views"
+        "profile.log_ratio is None; valid is a table of apart, blind, geometry, scans, scores, views"
     )
 
 
@@ -439,3 +439,81 @@ def test_grid_words_that_there_are_not(saved_best: Path, best: Map, word: int, t
     words[3] = word
     rewrite(saved_best, **{"sequences/0/features/dense/forward/words": encoded(words)})
     assert error_of(saved_best) == (f"{saved_best}: map.json and arrays do not make a map: {told}")
+
+
+# --- keys of places ---
+
+
+@pytest.fixture(scope="module")
+def with_keys(views: list[View]) -> Map:
+    return learn(views, profile="best+log_ratio.geometry=6", features=("sift",))
+
+
+@pytest.fixture
+def saved_with_keys(with_keys: Map, tmp_path: Path) -> Path:
+    with_keys.save(tmp_path / "keys.refseq")
+    return tmp_path / "keys.refseq"
+
+
+def test_keys_of_places_are_kept(with_keys: Map, saved_with_keys: Path, views: list[View]) -> None:
+    loaded = Map.load(saved_with_keys)
+    assert sorted(loaded.paths[0].keys) == ["forward", "lateral"]
+    for camera, keys in with_keys.paths[0].keys.items():
+        its = loaded.paths[0].keys[camera]
+        assert keys.counts.sum() > 0
+        for name in ("counts", "points", "packed"):
+            np.testing.assert_array_equal(getattr(its, name), getattr(keys, name))
+    ours, theirs = localise(with_keys, views[:3]), localise(loaded, views[:3])
+    for stage in Stage:
+        for one, other in zip(ours[stage], theirs[stage], strict=True):
+            assert one.places.tobytes() == other.places.tobytes()
+
+
+COUNTS, POINTS, PACKED = (f"paths/0/keys/forward/{name}" for name in ("counts", "points", "packed"))
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        (
+            COUNTS,
+            lambda a: np.concatenate([a[:1] + 1, a[1:]]),
+            "path '': forward has {M} keys; its counts make {N}",
+        ),
+        (COUNTS, lambda a: a[:-1], f"array {COUNTS} is i4 of shape (7,); valid is i4 of shape (8,)"),
+        (COUNTS, lambda a: a - 1000, f"array {COUNTS} holds {{least}}; valid are numbers from 0 to 200"),
+        (COUNTS, lambda a: a + np.int32(201), f"array {COUNTS} holds {{most}}; valid are numbers from 0 to 200"),
+        (
+            POINTS,
+            lambda a: a.astype("f4"),
+            f"array {POINTS} is f4 of shape ({{M}}, 2); valid is u2 of shape (M forward, 2)",
+        ),
+        (PACKED, lambda a: a[:-1], f"array {PACKED} is u1 of shape ({{L}}, 64); valid is u1 of shape ({{M}}, 64)"),
+        (PACKED, None, "'forward/packed' is missing"),
+        (COUNTS, None, "'forward/counts' is missing"),
+    ],
+)
+def test_keys_that_are_damaged(
+    saved_with_keys: Path, with_keys: Map, name: str, change: Callable[[np.ndarray], np.ndarray] | None, message: str
+) -> None:
+    keys = with_keys.paths[0].keys["forward"]
+    given = getattr(keys, name.rpartition("/")[2])
+    M = len(keys.points)
+    numbers = {"M": M, "L": M - 1, "N": M + 1}
+    if change is not None and name == COUNTS:
+        numbers |= {"least": change(given).min(), "most": change(given).max()}
+
+    def forget(header: Header) -> None:
+        if change is None:
+            del header["sha256"][name]  # type: ignore[attr-defined]
+
+    rewrite(saved_with_keys, forget, **{name: None if change is None else encoded(change(given))})
+    told = message.format(**numbers)
+    assert error_of(saved_with_keys) == f"{saved_with_keys}: map.json and arrays do not make a map: {told}"
+
+
+def test_keys_of_a_camera_that_the_map_does_not_know(saved_with_keys: Path) -> None:
+    rewrite(saved_with_keys, **{"paths/0/keys/up/counts": encoded(np.zeros(8, np.int32))})
+    assert error_of(saved_with_keys) == (
+        f"{saved_with_keys}: map.json and arrays do not make a map: array 'paths/0/keys/up/counts' is not known here"
+    )

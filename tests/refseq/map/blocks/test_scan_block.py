@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from refseq.belief import Stage, belief_from
+from refseq.map.blocks.few_places import FewPlaces
+from refseq.map.blocks.scan_block import ScanBlock
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher
 from refseq.map.poses_beside import PosesBeside
 from refseq.map.profile import BEST, Profile
-from refseq.map.scan_block import ScanBlock
 from refseq.planar import Pose
 from refseq.view import View
 from tests.refseq.map.test_poses_beside import LATER, drive
@@ -28,6 +29,10 @@ def asked() -> Map:
 @pytest.fixture(scope="module")
 def views() -> list[View]:
     return drive(LATER)
+
+
+def weighing(map_: Map, poses: PosesBeside) -> FewPlaces:
+    return FewPlaces(map_, [ScanBlock(map_, poses)])
 
 
 def right(map_: Map, views: list[View]) -> int:
@@ -47,7 +52,7 @@ def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
     poses = PosesBeside(map_)
     poses.take(views[3].scan)
     measured = Matcher(map_).match(views[3])
-    assert ScanBlock(map_, poses).weighed(measured, None)[0] is measured[0]
+    assert weighing(map_, poses).weighed(measured, None)[0] is measured[0]
 
 
 def test_few_places_are_weighed_and_no_other_changes(asked: Map, views: list[View]) -> None:
@@ -55,7 +60,7 @@ def test_few_places_are_weighed_and_no_other_changes(asked: Map, views: list[Vie
     poses.take(views[3].scan)
     (measured,) = Matcher(asked).match(views[3])
     last = belief_from(np.exp(-np.abs(np.arange(28) - 20.0)))
-    (weighed,) = ScanBlock(asked, poses).weighed([measured], last)
+    (weighed,) = weighing(asked, poses).weighed([measured], last)
     assert measured.log_ratio is not None
     assert weighed.log_ratio is not None
     changed = set(np.flatnonzero(weighed.log_ratio != measured.log_ratio).tolist())
@@ -71,7 +76,7 @@ def test_places_elsewhere_average_no_more_than_one(asked: Map, views: list[View]
     (measured,) = Matcher(asked).match(views[0])
     flat = replace(measured, log_ratio=np.zeros(28))
     ratios = []
-    block = ScanBlock(asked, poses)
+    block = weighing(asked, poses)
     for number, view in enumerate(views):
         poses.take(view.scan)
         order = np.roll(np.arange(28), -(number + 8)) % 28

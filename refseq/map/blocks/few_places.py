@@ -1,0 +1,102 @@
+"""Evidence that is too dear to be asked of all places: the few likeliest ones are chosen, all others get a ratio of 1.
+
+A block says of some places how much likelier the view is there than elsewhere, calibrated as the words are
+(``refseq.inference.matching.log_ratio``): the scores of reference views at places far from them tell what a place
+elsewhere looks like.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import softmax
+
+from refseq.belief import LOST_ABOVE, Belief
+from refseq.map.map import Map
+from refseq.map.matcher import Measurement
+
+EXPECTED = 3
+"""So many of the places are those that the last belief thought likeliest, the others the words'."""
+OPEN = 2
+"""So many times as many places are asked where the robot may be anywhere: at a start, and while it is lost."""
+
+
+class Block(Protocol):
+    """Evidence for a few places: ``most`` of them are asked on the way, 0 is none."""
+
+    most: int
+
+    @property
+    def sees(self) -> bool:
+        """True where the view tells anything."""
+
+    def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Log-likelihood ratios of some places, counted through the map, (n,)."""
+
+
+class FewPlaces:
+    """Adds the log-likelihood ratios of some blocks to those of words, view by view.
+
+    Each block is asked for the places that the words alone, and the last belief, name: none follows from another.
+    """
+
+    def __init__(self, map_: Map, blocks: Sequence[Block]) -> None:
+        self._map, self._blocks = map_, [block for block in blocks if block.most]
+
+    def weighed(self, measured: Sequence[Measurement], last: Belief | None) -> list[Measurement]:
+        """Measurements with the blocks' evidence; ``last`` is the belief on the view before, where it is a prior."""
+        words = [one.log_ratio for one in measured if one.log_ratio is not None]
+        asked = [block for block in self._blocks if block.sees]
+        if not asked or len(words) < len(measured):
+            return list(measured)
+        by_words = np.concatenate(words)
+        ratios = by_words.copy()
+        start = time.perf_counter()
+        for block in asked:
+            places = self._places(block.most, by_words, last, measured[0].distance)
+            ratios[places] += block.told(places)
+        parts = np.split(ratios, self._map.first[1:-1])
+        weighed = [
+            replace(one, log_ratio=part, likelihood=softmax(part)) for one, part in zip(measured, parts, strict=True)
+        ]
+        timings = weighed[0].timings
+        spent = timings.matching + time.perf_counter() - start
+        return [replace(weighed[0], timings=replace(timings, matching=spent)), *weighed[1:]]
+
+    def _moved(self, places: NDArray[np.float64], distance: float) -> NDArray[np.float64]:
+        """The last belief, carried on by the odometer along each sequence."""
+        if not np.isfinite(distance):
+            return places
+        shares = np.split(places, self._map.first[1:-1])
+        return np.concatenate(
+            [
+                np.interp(sequence.along - distance, sequence.along, share, left=0.0, right=0.0)
+                for sequence, share in zip(self._map.sequences, shares, strict=True)
+            ]
+        )
+
+    def _places(self, most: int, ratios: NDArray[np.float64], last: Belief | None, distance: float) -> NDArray[np.intp]:
+        """The places that are asked for: likeliest by the words of this view, and where it is expected."""
+        most = most if last is not None and last.lost <= LOST_ABOVE else OPEN * most
+        by_words = np.argsort(-ratios, kind="stable")[:most]
+        if last is None:
+            return by_words
+        many = min(EXPECTED, most // 2)
+        expected = np.argsort(-self._moved(last.places, distance), kind="stable")[:many]
+        return np.union1d(by_words[: most - many], expected)
+
+
+def pairs_elsewhere(map_: Map, views: int, places: int) -> Iterator[tuple[int, int]]:
+    """Views of the reference, ``views`` of each sequence spread evenly, each with ``places`` places far from it.
+
+    Both are counted through the map; far is what ``log_ratio.apart`` of its profile says.
+    """
+    rng, apart = np.random.default_rng(0), map_.profile.log_ratio.apart
+    for first, sequence in zip(map_.first[:-1].tolist(), map_.sequences, strict=True):
+        for view in np.unique(np.linspace(0, len(sequence) - 1, views).round().astype(int)).tolist():
+            far = np.flatnonzero(np.abs(sequence.along - sequence.along[view]) > apart)
+            for place in rng.choice(far, min(places, len(far)), replace=False).tolist():
+                yield first + view, first + place

@@ -1,0 +1,65 @@
+"""The scan as evidence: laid on the scans of the few likeliest places (docs/decisions/0033-the-scan-as-a-scan.md)."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.inference.matching.log_ratio import Calibration
+from refseq.map.blocks.few_places import pairs_elsewhere
+from refseq.map.map import Map
+from refseq.map.poses_beside import PosesBeside
+from refseq.scan_matching.fit import LaidScan, fitted
+
+VIEWS, PLACES = 40, 5
+"""So many views of the reference, spread evenly, are laid on so many places each: what a place elsewhere scores."""
+NEAR = 0.4
+"""A place counts less the farther along from it [m] the scan puts the robot: by a factor of 0.6 so far off."""
+NOTHING = -1.0
+"""Score of a scan that does not lie on the place's at all."""
+
+
+class ScanBlock:
+    """Log-likelihood ratios by the fit of a view's scan, whose fits ``poses`` hold.
+
+    ``most``, ``log_ratio.scans`` of the map's profile, is how many places a scan is laid on.
+    """
+
+    def __init__(self, map_: Map, poses: PosesBeside) -> None:
+        self._map, self._poses = map_, poses
+        self.most = int(map_.profile.log_ratio.scans)
+
+    @property
+    def sees(self) -> bool:
+        """True where the view has a scan."""
+        return self._poses.sees
+
+    def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Log-likelihood ratios of some places, (n,)."""
+        told = self._calibration.log_ratios(np.array([self._score(place) for place in places.tolist()]))
+        return told - np.square([self._off(place) / NEAR for place in places.tolist()]) / 2
+
+    def _off(self, place: int) -> float:
+        """Distance along from a place to where the fit puts the robot [m]: neighbours see the same walls."""
+        fit = self._poses.fit(place)
+        return 0.0 if fit is None else float(fit.motion[0])
+
+    def _score(self, place: int) -> float:
+        fit = self._poses.fit(place)
+        return NOTHING if fit is None else fit.score
+
+    @cached_property
+    def _calibration(self) -> Calibration:
+        """Scores of places elsewhere, by the reference's own scans."""
+        scans: dict[int, LaidScan | None] = {}
+        scores = []
+        for view, place in pairs_elsewhere(self._map, VIEWS, PLACES):
+            for one in (view, place):
+                if one not in scans:
+                    kept = self._map.scan(one)
+                    scans[one] = None if kept is None else LaidScan(kept / 100.0)
+            seen, there = scans[view], scans[place]
+            if seen is not None and there is not None:
+                fit = fitted(there, seen)
+                scores.append(NOTHING if fit is None else fit.score)
+        return Calibration(np.array(scores))

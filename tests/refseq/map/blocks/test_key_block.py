@@ -1,0 +1,219 @@
+"""Keys that fit as a block of its own: it tells places that words cannot, keeps its promise, and is silent unasked."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from refseq.belief import Stage, belief_from
+from refseq.features.key_fit import KeyFit
+from refseq.features.sift import SiftKeys
+from refseq.inference.matching.log_ratio import Calibration, unless_blind
+from refseq.map.blocks.few_places import FewPlaces
+from refseq.map.blocks.key_block import FEWEST, PRIOR, KeyBlock, laid, nearest_of_neighbours, score, together
+from refseq.map.guard import SensorGuard
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser, localise, smoothed
+from refseq.map.map import Map
+from refseq.map.profile import BEST, Profile
+from refseq.planar import Pose
+from refseq.view import View
+
+ASKED = "best+log_ratio.geometry=6"
+PLACES, TILE = 24, 60
+quick = settings(deadline=None, max_examples=60, derandomize=True)
+
+
+def tiles(place: int) -> list[np.ndarray]:
+    """Eight posters; places 12 apart have the same ones."""
+    rng = np.random.default_rng(place % (PLACES // 2))
+    drawn = [rng.integers(0, 255, (10, 10)).astype(np.uint8) for _ in range(8)]
+    return [cv2.resize(one, (TILE, TILE), interpolation=cv2.INTER_CUBIC) for one in drawn]
+
+
+def picture(place: int, aside: int = 0) -> np.ndarray:
+    """A grey wall with the posters of a place, hung in an order of its own, seen from so many pixels aside."""
+    wall = np.full((240, 480), 128, np.uint8)
+    for spot, number in enumerate(np.random.default_rng(1000 + place).permutation(8)):
+        y, x = 30 + 110 * (spot // 4), 40 + aside + 105 * (spot % 4)
+        wall[y : y + TILE, x : x + TILE] = tiles(place)[number]
+    return wall
+
+
+def drive(places: Sequence[int], aside: int = 0) -> list[View]:
+    return [
+        View(
+            float(k),
+            images={"camera": picture(place, aside)},
+            distance=0.85 if k else 0.0,
+            truth=Pose(0.85 * place, 0.0, 0.0),
+        )
+        for k, place in enumerate(places)
+    ]
+
+
+@pytest.fixture(scope="module")
+def asked() -> Map:
+    return learn(drive(range(PLACES)), profile=ASKED, features=["sift"])
+
+
+@pytest.fixture(scope="module")
+def views() -> list[View]:
+    return drive(range(PLACES), aside=11)
+
+
+@pytest.fixture(scope="module")
+def block(asked: Map) -> KeyBlock:
+    return KeyBlock(asked)
+
+
+def take(block: KeyBlock, map_: Map, view: View) -> None:
+    guard = SensorGuard(map_)
+    guard.match(view)
+    block.take(guard.keys())
+
+
+def test_places_of_the_same_words_are_told_by_where_they_are(asked: Map, views: list[View]) -> None:
+    """Each picture has the posters of two places: words cannot say which, their order does."""
+    words = learn(drive(range(PLACES)), profile=BEST, features=["sift"])
+    single = {
+        name: localise(map_, views, stages=[Stage.UNIFORM])[Stage.UNIFORM]
+        for name, map_ in {"words": words, "asked": asked}.items()
+    }
+    right = {name: sum(one.best == k for k, one in enumerate(told)) for name, told in single.items()}
+    either = sum(one.best % 12 == k % 12 for k, one in enumerate(single["words"]))
+    assert either == PLACES
+    assert right["asked"] == PLACES
+    assert right["words"] <= PLACES - 4
+
+
+def test_all_but_a_few_places_keep_their_ratios(asked: Map, block: KeyBlock, views: list[View]) -> None:
+    guard = SensorGuard(asked)
+    measured = guard.match(views[3])
+    block.take(guard.keys())
+    last = belief_from(np.exp(-np.abs(np.arange(PLACES) - 20.0)))
+    (weighed,) = FewPlaces(asked, [block]).weighed(measured, last)
+    before = measured[0].log_ratio
+    assert before is not None
+    assert weighed.log_ratio is not None
+    changed = np.flatnonzero(weighed.log_ratio != before)
+    assert {3, 15} <= set(changed.tolist())
+    assert len(changed) <= 6
+    assert weighed.log_ratio[3] - before[3] > 1 > 0 > weighed.log_ratio[15] - before[15]
+    assert weighed.likelihood == pytest.approx(np.exp(weighed.log_ratio) / np.exp(weighed.log_ratio).sum())
+    assert weighed.timings.matching > measured[0].timings.matching
+
+
+def test_too_few_matches_tell_nothing(asked: Map, block: KeyBlock) -> None:
+    take(block, asked, View(0.0, images={"camera": np.full((240, 480), 128, np.uint8)}))
+    assert not block.sees
+    keys = asked.keys(3)["camera"]
+    block.take({"camera": SiftKeys(keys.points[: FEWEST - 1], keys.descriptors[: FEWEST - 1])})
+    assert block.sees
+    assert block.told(np.arange(PLACES)).tolist() == [0.0] * PLACES
+
+
+def test_a_camera_that_is_not_there_is_not_asked(asked: Map, block: KeyBlock) -> None:
+    block.take({"other": asked.keys(3)["camera"]})
+    assert block.told(np.arange(PLACES)).tolist() == [0.0] * PLACES
+
+
+def test_the_score_is_a_share_of_the_matches() -> None:
+    assert score(KeyFit(12, 10)) == 10 / (12 + PRIOR)
+    assert together({}) == KeyFit()
+    one = together({"left": KeyFit(10, 6, 1.2), "right": KeyFit(20, 2, 0.9)})
+    assert (one.matches, one.inliers) == (30, 8)
+    assert one.scale == pytest.approx((1.2**6 * 0.9**2) ** (1 / 8))
+
+
+counts = st.integers(0, 60).flatmap(lambda m: st.tuples(st.just(m), st.integers(0, m)))
+
+
+@quick
+@given(pairs=st.lists(counts, min_size=2, max_size=12), blind=st.sampled_from([0.0, 0.2, 0.5]))
+def test_a_pair_that_is_like_those_elsewhere_averages_no_more_than_one(
+    pairs: list[tuple[int, int]], blind: float
+) -> None:
+    """By enumeration: of any drawn fits, each is read in turn by all others, as a view elsewhere would be."""
+    scores = np.array([score(KeyFit(*pair)) for pair in pairs if pair[0] >= FEWEST])
+    ratios = [
+        np.exp(unless_blind(Calibration(np.delete(scores, k)).log_ratios(scores[k : k + 1]), blind))[0]
+        for k in range(len(scores))
+    ]
+    silent = [1.0] * (len(pairs) - len(scores))
+    assert np.mean([*ratios, *silent]) <= 1 + 1e-9
+
+
+@quick
+@given(
+    told=st.lists(
+        st.tuples(st.integers(0, 30), st.floats(-1, 5), st.floats(-1, 1)), max_size=10, unique_by=lambda t: t[0]
+    )
+)
+def test_neighbours_only_take_away_and_leave_the_nearest(told: list[tuple[int, float, float]]) -> None:
+    places, ratios, zoom = (np.array(column) for column in zip(*told, strict=True)) if told else (np.zeros(0),) * 3
+    left = nearest_of_neighbours(places.astype(np.intp), ratios.astype(float), zoom.astype(float))
+    assert (left <= ratios).all()
+    assert (left[ratios > 0] >= 0).all()
+    np.testing.assert_array_equal(left[ratios <= 0], ratios[ratios <= 0])
+    for place, ratio, after in zip(places, ratios, left, strict=True):
+        near = (np.abs(places - place) <= 2) & (ratios > 0)
+        if ratio > 0 and abs(zoom[places == place][0]) <= np.abs(zoom[near]).min():
+            assert after == ratio
+
+
+def test_places_elsewhere_average_no_more_than_one_on_another_drive(
+    asked: Map, block: KeyBlock, views: list[View]
+) -> None:
+    """The promise at all places 4 m away and more, their look-alikes among them, in pictures that are darker."""
+    ratios = []
+    for number, view in list(enumerate(views))[::2]:
+        darker = {"camera": (view.images["camera"] * 0.4).astype(np.uint8)}
+        take(block, asked, replace(view, images=darker))
+        far = np.flatnonzero(np.abs(np.arange(PLACES) - number) > 5)
+        ratios += np.exp(block.told(far)).tolist()
+    assert len(ratios) > 100
+    assert np.mean(ratios) <= 1
+
+
+def test_without_the_option_nothing_is_kept_and_no_belief_changes(views: list[View]) -> None:
+    plain = learn(drive(range(PLACES)), profile=BEST, features=["sift"])
+    assert not plain.paths[0].keys
+    assert not KeyBlock(plain).most
+    with_keys = learn(drive(range(PLACES)), profile=ASKED, features=["sift"])
+    unasked = replace(plain, paths=(replace(plain.paths[0], keys=with_keys.paths[0].keys),))
+    ours, theirs = localise(plain, views[:6]), localise(unasked, views[:6])
+    guard = SensorGuard(plain)
+    measured = guard.match(views[0])
+    assert FewPlaces(plain, [KeyBlock(plain)]).weighed(measured, None)[0] is measured[0]
+    for stage in Stage:
+        for one, other in zip(ours[stage], theirs[stage], strict=True):
+            assert one.places.tobytes() == other.places.tobytes()
+            assert one.lost == other.lost
+
+
+def test_ways_of_localising_agree(asked: Map, views: list[View]) -> None:
+    told = localise(asked, views[:5])
+    for stage in Stage:
+        alone = Localiser(asked, stage=stage)
+        for view, belief in zip(views[:5], told[stage], strict=True):
+            assert alone.update(view).places.tobytes() == belief.places.tobytes()
+        alone.reset()
+        assert alone.update(views[0]).places.tobytes() == told[stage][0].places.tobytes()
+    assert [one.best for one in smoothed(asked, views[:5])] == list(range(5))
+
+
+def test_maps_of_before_do_not_ask() -> None:
+    content = BEST.to_dict()
+    del content["log_ratio"]["geometry"]
+    assert Profile.from_dict(content) == BEST
+
+
+def test_a_view_is_laid_by_the_cameras_that_both_have() -> None:
+    keys = SiftKeys(np.zeros((1, 2), np.float32), np.zeros((1, 128), np.uint8))
+    place: Mapping[str, SiftKeys] = {"left": keys, "right": keys}
+    assert laid(place, {"right": keys, "up": keys}) == {"right": KeyFit(matches=1)}
