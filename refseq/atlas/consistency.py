@@ -52,13 +52,22 @@ class ConsistencySettings:
 
 
 @dataclass(frozen=True, slots=True)
+class LaidPairs:
+    """Pairs of ``views`` (m, 2), and the ``motions`` (m, 3) from the one to the other by their scans."""
+
+    views: NDArray[np.intp]
+    motions: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
 class CandidateJoin:
     """Places of path ``one`` that may be those of path ``other``: ``pairs`` (n, 2) of their views, rising in both.
 
     Both may be the same path, which then comes back to itself: a loop, its earlier view first.
 
     ``evidence`` is what its places tell for it: log-likelihood ratio times length [nats·m]. ``alone`` says that it
-    needs no other join that supports it, ``held`` that it is given, and may not be left out.
+    needs no other join that supports it, ``held`` that it is given, and may not be left out. ``laid`` are relative
+    poses by scans, where they are known; else views of a pair are taken to be at one spot.
     """
 
     one: int
@@ -67,6 +76,7 @@ class CandidateJoin:
     evidence: float = 0.0
     alone: bool = True
     held: bool = False
+    laid: LaidPairs | None = None
 
     @property
     def is_loop(self) -> bool:
@@ -332,7 +342,9 @@ class _Link:
 
 
 def _link(join: CandidateJoin, tracks: Sequence[NDArray[np.float64]], settings: ConsistencySettings) -> _Link:
-    """One relative pose every few metres: the mean of those of the pairs around it, carried there by odometry."""
+    """One relative pose every few metres: by scans, or the mean of the pairs around it, carried there by odometry."""
+    if join.laid is not None:
+        return _Link(join.one, join.other, join.laid.views, join.laid.motions)
     one, other = (tracks[path][join.pairs[:, column]] for column, path in ((0, join.one), (1, join.other)))
     way = float(np.hypot(*np.diff(one[:, :2], axis=0).T).sum())
     count = min(len(join.pairs), max(1, round(way / settings.every)))

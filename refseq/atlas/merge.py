@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.consistency import CandidateJoin, JoinGraph, Verdict
+from refseq.atlas.consistency import CandidateJoin, JoinGraph, LaidPairs, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
 from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import LaidViews, Overlap, OverlapSettings, PairSearch
@@ -82,6 +82,8 @@ class FoundOverlap:
     other: int
     views: NDArray[np.intp]
     overlap: Overlap
+    laid: LaidPairs | None = None
+    """Relative poses of some of its views by their scans, of a loop."""
 
     @property
     def is_loop(self) -> bool:
@@ -91,7 +93,8 @@ class FoundOverlap:
     @property
     def join(self) -> CandidateJoin:
         """The overlap as a join to be decided about."""
-        return CandidateJoin(self.one, self.other, self.views, self.overlap.evidence, alone=not self.overlap.doubt)
+        alone = not self.overlap.doubt
+        return CandidateJoin(self.one, self.other, self.views, self.overlap.evidence, alone, laid=self.laid)
 
 
 def _lie(share: float) -> str:
@@ -174,7 +177,8 @@ class _Merging:
             evidence=evidence,
             alike=laid.share,
         )
-        return replace(found, views=views, overlap=cut)
+        # Joins' bars were chosen with the mean of their pairs; loops have none of their own.
+        return replace(found, views=views, overlap=cut, laid=laid.middles if found.is_loop else None)
 
     def found_beside(
         self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]

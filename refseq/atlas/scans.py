@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.atlas.consistency import LaidPairs
 from refseq.pose_graph import motions_between, moved, ways_along
 from refseq.scan_matching.walls import ScanWalls
 
@@ -84,11 +85,12 @@ class LaidScans:
     """The windows of a stretch between the first and the last that lie well on each other.
 
     ``share`` is the mean of theirs, or of all where none does; ``pairs`` (n, 2) are the views that then lie beside
-    each other, rising in both.
+    each other, rising in both; ``middles`` the pair in the middle of each window, with the motion between its views.
     """
 
     share: float
     pairs: NDArray[np.intp]
+    middles: LaidPairs
 
 
 def laid_on(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike: float) -> LaidScans:
@@ -96,9 +98,14 @@ def laid_on(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike
     found = windows(one, other, pairs)
     good = np.flatnonzero([window.share >= alike for window in found])
     if not len(good):
-        return LaidScans(float(np.mean([window.share for window in found])), pairs[:0])
+        return LaidScans(float(np.mean([window.share for window in found])), pairs[:0], _middles(()))
     kept = found[good[0] : good[-1] + 1]
-    return LaidScans(float(np.mean([window.share for window in kept])), _paired(one, other, kept))
+    return LaidScans(float(np.mean([window.share for window in kept])), _paired(one, other, kept), _middles(kept))
+
+
+def _middles(found: Sequence[ScanWindow]) -> LaidPairs:
+    views = np.array([window.middle for window in found], np.intp).reshape(-1, 2)
+    return LaidPairs(views, np.array([window.motion for window in found]).reshape(-1, 3))
 
 
 def _paired(one: ScannedPath, other: ScannedPath, found: Sequence[ScanWindow]) -> NDArray[np.intp]:

@@ -258,7 +258,7 @@ class Map:
         """Pairs of places, counted through, that are one: where a path comes back to itself, (n, 2)."""
         pairs = [self.numbered(path)[path.loops] for path in self.paths]
         every = np.concatenate(pairs) if pairs else np.zeros((0, 2), np.intp)
-        return every[every[:, 0] != every[:, 1]]
+        return np.asarray(every[every[:, 0] != every[:, 1]], np.intp)
 
     @property
     def links(self) -> tuple[Link, ...]:

@@ -35,8 +35,8 @@ def check_plan(map_: Map, file: Path) -> None:
     """Raise ``ScenarioError`` for a map of which no two paths are joined with odometry, and none has a loop."""
     if not any(len(path.poses) for path in map_.paths):
         raise ScenarioError(
-            f"{file}: no two of its paths are joined with odometry, and none comes back to itself, so that they have no "
-            "plan; valid is a map that `refseq map merge` has made of drives with odometry"
+            f"{file}: no two of its paths are joined with odometry, and none comes back to itself, so that they have "
+            "no plan; valid is a map that `refseq map merge` has made of drives with odometry"
         )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from refseq.atlas.consistency import CandidateJoin, ConsistencySettings, JoinGraph, Verdict
+from refseq.atlas.consistency import CandidateJoin, ConsistencySettings, JoinGraph, LaidPairs, Verdict
 from refseq.pose_graph import motions_between, moved
 
 Corners = list[tuple[float, float]]
@@ -164,6 +164,20 @@ def test_a_right_loop_closes_the_plan_and_wrong_ones_are_contradicted() -> None:
     assert laid.groups == (0,)
     assert gap(laid.poses[0]) < gap(LAPS_TRACK) / 2
     np.testing.assert_array_equal(graph.layout([]).poses[0], LAPS_TRACK)
+
+
+def test_relative_poses_by_scans_take_the_place_of_views_at_one_spot() -> None:
+    """A path that is driven a little aside the second time: what scans tell of that leaves the plan as it is."""
+    aside = np.array([0.4, 0.5, 0.1])
+    lap = moved(LAPS, np.where(np.arange(len(LAPS))[:, None] >= LAP - 5, aside, 0.0))
+    views = np.column_stack([[3, 8], [3 + LAP, 8 + LAP]])
+    pairs = np.column_stack([np.arange(2, 12), np.arange(2, 12) + LAP])
+    blunt = CandidateJoin(0, 0, pairs, evidence=30.0)
+    laid = replace(blunt, laid=LaidPairs(views, np.tile(aside, (2, 1))))
+    told, assumed = (JoinGraph([lap], [one]).layout([0]).poses[0] for one in (laid, blunt))
+    # Without noise what scans tell agrees with the odometry to the last bit; the other is drawn together.
+    np.testing.assert_allclose(told, lap, atol=1e-6)
+    assert np.hypot(*(assumed - lap)[:, :2].T).max() > 0.3
 
 
 def gap(poses: NDArray[np.float64]) -> float:
