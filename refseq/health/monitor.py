@@ -11,6 +11,7 @@ from refseq.health.pictures import PictureWatch
 from refseq.health.scan_motion import SILENT, STILL, MotionRatios, MotionWatch
 from refseq.health.scans import ScanWatch
 from refseq.health.stamps import StampWatch
+from refseq.health.standing import Sight, StandWatch, Step
 from refseq.view import LASER, View, measures
 
 OF_CAMERA = (FaultKind.BLANK, FaultKind.FROZEN, FaultKind.EXCHANGED)
@@ -55,10 +56,11 @@ class SensorTests:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """Faults that stand at a view, and the view without the sensors that they make useless."""
+    """Faults that stand at a view, the view without the sensors that they make useless, and how the robot moved."""
 
     faults: tuple[DeclaredFault, ...]
     usable: View
+    step: Step
 
 
 class HealthMonitor:
@@ -83,7 +85,7 @@ class HealthMonitor:
         self._cameras: dict[str, SensorTests] = {}
         self._pictures: dict[str, PictureWatch] = {}
         self._scans, self._stamps = ScanWatch(), StampWatch()
-        self._motion = MotionWatch()
+        self._motion, self._stand = MotionWatch(), StandWatch()
         self._had_odometry = False
 
     @property
@@ -107,7 +109,17 @@ class HealthMonitor:
         for tests in self._all:
             tests.conclude(self._times)
         faults = self.faults
-        return Health(faults, usable_view(view, faults))
+        usable = usable_view(view, faults)
+        trusted = self._tests[ODOMETRY].fault is None
+        return Health(faults, usable, self._stand.update(view, self._sight(usable), trusted=trusted))
+
+    def _sight(self, view: View) -> Sight:
+        """What can tell of motion: sensors of which nothing is suspected."""
+        images = {name: one for name, one in view.images.items() if not self._doubted(self._cameras[name])}
+        return Sight(images, None if self._doubted(self._tests[LASER]) else view.scan)
+
+    def _doubted(self, tests: SensorTests) -> bool:
+        return any(tests.suspected(kind) for kind in (FaultKind.BLANK, FaultKind.BLIND, FaultKind.FROZEN))
 
     def compare(self, exchanged: Mapping[str, float]) -> tuple[DeclaredFault, ...]:
         """Take the ratios of cameras at the last view whose pictures may be another's [nats]; returns all faults."""

@@ -67,6 +67,10 @@ STEPS = (0.25, 0.5, 0.75, 1.0)
 """Ways that a robot may have come whose odometer stands [m]."""
 
 
+ELSEWHERE = FARTHEST / 2
+"""Mean distance of points to the walls that a scan of somewhere else shows [m]."""
+
+
 @dataclass(frozen=True, slots=True)
 class MotionRatios:
     """Log-likelihood ratios [nats] of faults of the odometer, and of a laser that is upside down or became so.
@@ -140,6 +144,20 @@ def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> Mo
         bounded(mirrored * share),
         bounded(flipped * share),
     )
+
+
+def moved_ratio(before: Scan, after: Scan) -> float | None:
+    """Log-likelihood ratio of a robot that has moved, or was carried off, between two scans against one that stood.
+
+    None where there is too little to compare.
+    """
+    here, there = _points(after, NEAR), _points(before, REACH)
+    if min(len(here), len(there)) < FEWEST:
+        return None
+    walls = _Walls(there, before)
+    stands = walls.unexplained(here, [(0.0, 0.0)])
+    moves = walls.unexplained(here, [(step, 0.0) for step in STEPS])
+    return bounded(_ratio(min(moves, ELSEWHERE), stands))
 
 
 def _ratio(fault: float, health: float) -> float:

@@ -1,5 +1,6 @@
 """Matching under guard: sensors that are ill have no part in it, and beliefs tell of them."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ from refseq.errors import ViewError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.features.sift import SiftKeys, SiftWords
 from refseq.health.monitor import HealthMonitor, usable_view
+from refseq.health.standing import Motion, Step
 from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
 from refseq.map.map import Map
@@ -48,14 +50,14 @@ class SensorGuard:
         view = usable(view)
         self._check_cameras(view)
         health = self._monitor.update(view)
-        measured = self._matcher.match(health.usable)
+        measured = self._match(health.usable, health.step)
         ill = {fault.sensor for fault in health.faults if fault.kind is not FaultKind.EXCHANGED}
         looked_at = replace(view, images={name: image for name, image in view.images.items() if name not in ill})
         ratios = self._exchange.ratios(looked_at, self._matcher.described)
         self.faults = self._monitor.compare(ratios)
         trusted = usable_view(view, self.faults)
         if trusted.sensors != health.usable.sensors:
-            measured = self._matcher.match(trusted)
+            measured = self._match(trusted, health.step)
         self._trusted = trusted
         self.scan = trusted.scan if LASER in self._wanted else None
         self._sightless = bool(self.faults) and not trusted.sensors & self._wanted
@@ -68,6 +70,12 @@ class SensorGuard:
             return {}
         words = (one for one in self._matcher.extractors[0] if isinstance(one, SiftWords))
         return {one.sensor: one.shown(view) for one in words if one.sensor in view.sensors}
+
+    def _match(self, view: View, step: Step) -> list[Measurement]:
+        """Compare a view that came so after the last one that counted."""
+        distance = {Motion.MEASURED: step.distance, Motion.NONE: 0.0, Motion.OPEN: math.nan}[step.motion]
+        again = step.motion is Motion.NONE
+        return [replace(one, distance=distance, again=again) for one in self._matcher.match(view)]
 
     def _check_cameras(self, view: View) -> None:
         """Raise ``ViewError`` as long as no camera of the map was met: names differ, or the robot does."""

@@ -9,6 +9,7 @@ from refseq.map.blocks.beside_words import BesideWords
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
 from refseq.map.stages import ChainTracker
+from refseq.map.stands import Stands
 from refseq.map.trackers import tracker_for
 from refseq.view import View
 
@@ -111,10 +112,10 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     """
     tracker = ChainTracker(map_.sequence)
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
-    beside, measured = BesideWords(map_), []
+    beside, stands, measured = BesideWords(map_), Stands(), []
     for view in each_view(views):
         found = guard.match(view)
         beside.take(guard)
-        measured += beside.weighed(found, None)
+        measured += stands.mean(beside.weighed(found, None))
     posteriors = path_smoothed([tracker.observation(one) for one in measured], tracker.chain)
     return [tracker.belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]

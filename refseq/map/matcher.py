@@ -31,7 +31,8 @@ class Measurement:
     ``distance`` is the motion since the last view [m], NaN where nobody measured it; ``timings`` what matching cost.
     ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None`` where the matching
     does not tell; the likelihood is then the same but for a factor. ``log_average`` is the log-likelihood of the
-    average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture alone.
+    average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture alone. With ``again``
+    the robot has stood since the last view, and this one shows the same once more.
     """
 
     likelihood: NDArray[np.float64]
@@ -39,6 +40,7 @@ class Measurement:
     timings: Timings
     log_ratio: NDArray[np.float64] | None = None
     log_average: float = -math.inf
+    again: bool = False
 
 
 class Matcher:

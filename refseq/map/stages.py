@@ -71,10 +71,11 @@ class MotionFilter:
         self._along = sequence.along
         self._settings = sequence.profile.motion
         self._last: NDArray[np.float64] | None = None
+        self._prior: NDArray[np.float64] | None = None
 
     def reset(self) -> None:
         """The next prior is uniform."""
-        self._last = None
+        self._last = self._prior = None
 
     def update(self, measured: Measurement) -> Belief:
         """Prior times likelihood, normalised (2.12)."""
@@ -84,9 +85,10 @@ class MotionFilter:
     def filter(self, measured: Measurement) -> tuple[NDArray[np.float64], float]:
         """The posterior (K,), and the view's evidence Σ_k L(k) P(k): 1 / K under a uniform prior."""
         posterior, evidence = measured.likelihood, 1 / len(self._along)
-        if self._last is not None:
-            prior = motion_prior(self._last, self._along, measured.distance, self._settings)
-            posterior, evidence = under_prior(posterior, prior)
+        if self._last is not None and not measured.again:
+            self._prior = motion_prior(self._last, self._along, measured.distance, self._settings)
+        if self._prior is not None:
+            posterior, evidence = under_prior(posterior, self._prior)
         self._last = posterior
         return posterior, evidence
 
@@ -149,9 +151,9 @@ class ChainTracker:
     def observation(self, measured: Measurement) -> Observation:
         """A measurement as the chain sees it."""
         if measured.log_ratio is not None:
-            return Observation(measured.distance, measured.log_ratio, 0.0)
+            return Observation(measured.distance, measured.log_ratio, 0.0, measured.again)
         places, lost = self._sequence.emissions.log_likelihood(self._seen(measured))
-        return Observation(measured.distance, places, lost)
+        return Observation(measured.distance, places, lost, measured.again)
 
     def _seen(self, measured: Measurement) -> Seen:
         if self.chain.settings.observation is ObservedDistribution.LIKELIHOOD:

@@ -25,6 +25,7 @@ from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder, Matching
 from refseq.map.sequence import ReferenceSequence
 from refseq.map.stages import ChainTracker, decoded_belief, stage_tracker
+from refseq.map.stands import Stands
 
 
 class Tracker(Protocol):
@@ -38,12 +39,33 @@ class Tracker(Protocol):
 
 
 def tracker_for(stage: Stage, map_: Map) -> Tracker:
-    """A fresh tracker of a stage, as the map's profile has it."""
+    """A fresh tracker of a stage, as the map's profile has it; each single view is asked for itself."""
+    tracker = _tracker_for(stage, map_)
+    return tracker if stage is Stage.UNIFORM else StandingTracker(tracker)
+
+
+def _tracker_for(stage: Stage, map_: Map) -> Tracker:
     method = map_.profile.method
     filters = stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD
     if filters and not (map_.has_one_path and not len(map_.loops)):
         return NetworkTracker(map_)
     return OnlySequence(stage, map_.sequence) if map_.has_one_path else SurestSequence(stage, map_)
+
+
+class StandingTracker:
+    """A tracker to which all views of a robot that stands are one, their mean."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self._tracker, self._stands = tracker, Stands()
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._tracker.reset()
+        self._stands = Stands()
+
+    def update(self, measured: Sequence[Measurement]) -> Belief:
+        """Take the next measurement in every sequence and answer."""
+        return self._tracker.update(self._stands.mean(measured))
 
 
 class OnlySequence:
@@ -135,6 +157,8 @@ class SurePath:
         if measured.log_ratio is None:
             likelihoods = self._sequence.emissions.log_likelihood_of_place(measured.likelihood)
             observation = Observation(measured.distance, *likelihoods)
+        if measured.again and self._window:
+            self._window.pop()
         self._window.append(observation)
         sure = sureness_of_path(self._window, self._tracker.chain)
         return self._tracker.belief(decoded, replace(measured.timings, chain=time.perf_counter() - start)), sure
@@ -168,7 +192,7 @@ class NetworkTracker:
         start = time.perf_counter()
         places = self._network.places
         log_ratio = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
-        posterior = self._filter.update(Observation(measured[0].distance, log_ratio[places], 0.0))
+        posterior = self._filter.update(Observation(measured[0].distance, log_ratio[places], 0.0, measured[0].again))
         at, lost_after = (
             np.asarray(np.bincount(places, shares, self._count), np.float64)
             for shares in (posterior.places, self._network.chain.lost_after(posterior.lost))

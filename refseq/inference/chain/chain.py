@@ -89,12 +89,14 @@ class Observation:
     """One view as the chain sees it: the distance since the last one [m], and the states' log-likelihoods.
 
     A ``distance`` that is NaN was not measured. ``places`` is (K,), ``lost`` that of any Lost_Place. Only their
-    differences matter, so any scale will do.
+    differences matter, so any scale will do. With ``again`` the robot has stood since the last one, whose place in the
+    sequence of observations this one takes.
     """
 
     distance: float
     places: NDArray[np.float64]
     lost: float
+    again: bool = False
 
 
 @dataclass(frozen=True)

@@ -62,10 +62,13 @@ class ForwardFilter:
     def reset(self) -> None:
         """Forget all views seen."""
         self._log_states: NDArray[np.float64] | None = None
+        self._expected: NDArray[np.float64] | None = None
 
     def update(self, observation: Observation) -> StatePosterior:
         """Take the next view and answer from the views up to it."""
-        self._log_states, log_evidence = filtered(self._log_states, observation, self._chain)
+        if self._expected is None or not observation.again:
+            self._expected = expected(self._log_states, observation.distance, self._chain)
+        self._log_states, log_evidence = weighed(self._expected, observation)
         return _posterior(self._log_states, log_evidence)
 
 
@@ -76,7 +79,8 @@ def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[State
     """
     forward: list[tuple[NDArray[np.float64], float]] = []
     for observation in observations:
-        forward.append(filtered(forward[-1][0] if forward else None, observation, chain))
+        before = expected(forward[-1][0] if forward else None, observation.distance, chain)
+        forward.append(weighed(before, observation))
     smoothed: list[StatePosterior] = []
     later = np.zeros((2, chain.K))  # log P(later views | state), but for a factor
     for t in reversed(range(len(observations))):
@@ -89,16 +93,12 @@ def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[State
     return smoothed[::-1]
 
 
-def filtered(
-    log_states: NDArray[np.float64] | None, observation: Observation, chain: StateSpace
-) -> tuple[NDArray[np.float64], float]:
-    """A step of the forward recursion: log P(state | views), (2, K), and log P(view | views before).
+def expected(log_states: NDArray[np.float64] | None, distance: float, chain: StateSpace) -> NDArray[np.float64]:
+    """Log P(state | views before), (2, K), ``distance`` [m] after the last view.
 
-    ``log_states`` are those at the view before; None: there was none.
+    ``log_states`` are log P(state | views) there; None: there was none.
     """
-    if log_states is None:
-        return weighed(chain.start(), observation)
-    return weighed(log_moved(chain.transitions(observation.distance).predict, log_states), observation)
+    return chain.start() if log_states is None else log_moved(chain.transitions(distance).predict, log_states)
 
 
 def log_moved(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.chain.chain import Chain, Observation
-from refseq.inference.chain.forward import filtered
+from refseq.inference.chain.forward import expected, weighed
 from refseq.inference.chain.viterbi import forward_scores
 
 
@@ -46,7 +46,7 @@ def log_evidence(observations: Sequence[Observation], chain: Chain) -> float:
     """Log P(views), of all paths together: a path's share of the belief is exp(``log_score`` − this)."""
     states, total = None, 0.0
     for observation in observations:
-        states, now = filtered(states, observation, chain)
+        states, now = weighed(expected(states, observation.distance, chain), observation)
         total += now
     return total
 

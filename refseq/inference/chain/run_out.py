@@ -7,6 +7,7 @@ the run-out it has moved on, and the last place's likelihood, which is the run-o
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -108,7 +109,17 @@ def path_filter(space: Chain | Network) -> ForwardFilter | RunOutFilter:
 
 
 def path_smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
-    """The posterior at each view in the light of all, over one path or a network, with the run-outs of its settings."""
+    """The posterior at each view in the light of all, over one path or a network, with the run-outs of its settings.
+
+    Of views of a robot that stands (``Observation.again``) the last one counts, and all have its posterior.
+    """
+    counted = [one for one, after in pairwise([*observations, None]) if after is None or not after.again]
+    number = np.cumsum([not one.again for one in observations[1:]], dtype=np.intp).tolist()
+    smoothed = _smoothed(counted, space)
+    return [smoothed[k] for k in [0, *number][: len(observations)]]
+
+
+def _smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
     longer = _with_run_outs(space)
     if longer is None:
         return smooth(observations, space)

@@ -41,8 +41,11 @@ class SlidingViterbi:
 
     def update(self, observation: Observation) -> Decoding:
         """Decode the window that ends with this view."""
-        self._observations.append(observation)
-        self._transitions.append(self._chain.transitions(observation.distance))
+        if observation.again and self._observations:
+            self._observations[-1] = observation
+        else:
+            self._observations.append(observation)
+            self._transitions.append(self._chain.transitions(observation.distance))
         return _decode(self._observations, self._transitions.__getitem__, self._chain)
 
 

@@ -14,6 +14,7 @@ from refseq.inference.chain.run_out import path_smoothed
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
 from refseq.map.stages import log_mean
+from refseq.map.stands import Stands
 from refseq.map.trackers import tracker_for
 from refseq.view import View
 
@@ -34,13 +35,15 @@ class SeenView:
 def seen_drive(map_: Map, views: Sequence[View], seed: int = 0) -> list[SeenView]:
     """Localise a drive, each view alone, online and in hindsight; the map's matching has to be by log ratios."""
     guard, tracker, network = SensorGuard(map_, seed=seed), tracker_for(Stage.CHAIN, map_), map_.network
-    alone, online, observations = [], [], list[Observation]()
+    alone, online, observations, stands = [], [], list[Observation](), Stands()
     for view in views:
         measured = guard.match(view)
         ratios = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
         alone.append(_alone(ratios, map_.profile.chain.lost_at_start))
         online.append(guard.told(tracker.update(measured)))
-        observations.append(Observation(measured[0].distance, ratios[network.places], 0.0))
+        counted = stands.mean(measured)
+        told = np.concatenate([one.log_ratio for one in counted if one.log_ratio is not None])
+        observations.append(Observation(counted[0].distance, told[network.places], 0.0, counted[0].again))
     smoothed = path_smoothed(observations, network)
     hindsight = [np.bincount(network.places, posterior.places, len(map_)) for posterior in smoothed]
     return [
