@@ -177,8 +177,9 @@ class _Merging:
             evidence=evidence,
             alike=laid.share,
         )
-        # Joins' bars were chosen with the mean of their pairs; loops have none of their own.
-        return replace(found, views=views, overlap=cut, laid=laid.middles if found.is_loop else None)
+        # Joins' bars were chosen with the mean of their pairs; of a loop scans tell more, where they lie well.
+        told = laid.middles if found.is_loop and laid.share >= valid.same else None
+        return replace(found, views=views, overlap=cut, laid=told)
 
     def found_beside(
         self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]
