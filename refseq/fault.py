@@ -20,7 +20,7 @@ class FaultKind(StrEnum):
     MIRRORED = "mirrored"
     """A laser is upside down: left and right are exchanged."""
     LOST = "lost"
-    """The odometer tells nothing any more."""
+    """The odometer tells nothing, or nothing any more."""
     DOUBLED = "doubled"
     """The odometer counts twice the way."""
     REVERSED = "reversed"

@@ -154,7 +154,8 @@ class HealthMonitor:
     def _look_at_odometry(self, view: View, motion: MotionRatios, moved: float) -> None:
         """Test the odometer against the laser, or the laser against the odometer where that is ill."""
         odometry, laser = self._tests[ODOMETRY], self._tests[LASER]
-        lost = self._had_odometry and not measures(view)
+        # The first view has no motion yet, so that only the second tells whether there is an odometer at all.
+        lost = (self._had_odometry or self._number > 0) and not measures(view)
         self._had_odometry = self._had_odometry or measures(view)
         odometry.update(self._number, FaultKind.LOST, CERTAIN if lost else -CERTAIN)
         if lost or not self._number or not measures(view):

@@ -68,8 +68,8 @@ STEPS = (0.25, 0.5, 0.75, 1.0)
 
 
 ELSEWHERE = 0.03
-"""Mean distance of points to the walls of a scan taken somewhere else [m]: in annex and offices 0.05 as the median, where a
-robot that stands has 0.003 at most."""
+"""Mean distance of points to the walls of a scan taken somewhere else [m]: 0.05 as the median in annex and in offices,
+where a robot that stands has 0.003 at most."""
 
 
 @dataclass(frozen=True, slots=True)

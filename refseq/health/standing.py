@@ -112,7 +112,7 @@ def moved_between(before: NDArray[np.float32], now: NDArray[np.float32]) -> floa
 
 
 def _is_large(image: NDArray[np.uint8]) -> bool:
-    return image.shape[1] >= SIZE[0] and image.shape[0] >= SIZE[1]
+    return bool(image.shape[1] >= SIZE[0] and image.shape[0] >= SIZE[1])
 
 
 def _reduced(image: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -60,7 +60,8 @@ class SensorGuard:
             measured = self._match(trusted, health.step)
         self._trusted = trusted
         self.scan = trusted.scan if LASER in self._wanted else None
-        self._sightless = bool(self.faults) and not trusted.sensors & self._wanted
+        fallen = self._wanted & {fault.sensor for fault in self.faults}
+        self._sightless = bool(fallen) and not trusted.sensors & self._wanted
         return measured
 
     def keys(self) -> Mapping[str, SiftKeys]:

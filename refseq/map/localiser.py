@@ -8,6 +8,7 @@ from refseq.intake import each_view
 from refseq.map.blocks.beside_words import BesideWords
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
+from refseq.map.matcher import Measurement
 from refseq.map.stages import ChainTracker
 from refseq.map.stands import Stands
 from refseq.map.trackers import tracker_for
@@ -112,7 +113,8 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     """
     tracker = ChainTracker(map_.sequence)
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
-    beside, stands, measured = BesideWords(map_), Stands(), []
+    beside, stands = BesideWords(map_), Stands()
+    measured: list[Measurement] = []
     for view in each_view(views):
         found = guard.match(view)
         beside.take(guard)

@@ -113,7 +113,7 @@ def path_smoothed(observations: Sequence[Observation], space: Chain | Network) -
 
     Of views of a robot that stands (``Observation.again``) the last one counts, and all have its posterior.
     """
-    counted = [one for one, after in pairwise([*observations, None]) if after is None or not after.again]
+    counted = [one for one, after in pairwise(observations) if not after.again] + list(observations[-1:])
     number = np.cumsum([not one.again for one in observations[1:]], dtype=np.intp).tolist()
     smoothed = _smoothed(counted, space)
     return [smoothed[k] for k in [0, *number][: len(observations)]]

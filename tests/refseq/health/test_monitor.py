@@ -181,6 +181,18 @@ def test_the_same_views_after_a_reset_give_the_same_faults():
     assert [monitor.update(view).faults for view in views] == first
 
 
+@pytest.mark.parametrize("change", [{"has_odometry": False}, {"distance": np.nan}])
+def test_an_odometer_that_was_never_there_is_told_at_the_second_view(change):
+    found = declared([replace(view, **change) for view in VIEWS])
+    assert found[0] == ()
+    assert all([(one.sensor, one.kind) for one in at] == [(ODOMETRY, FaultKind.LOST)] for at in found[1:])
+    assert len({one for at in found for one in at}) == 1
+
+
+def test_a_first_view_from_before_the_odometer_s_first_pose_is_no_fault():
+    assert not any(declared([replace(VIEWS[0], has_odometry=False), *VIEWS[1:]]))
+
+
 def test_a_view_without_a_sensor_says_nothing_of_it():
     bare = [replace(view, images={}, scan=None) if k % 3 == 1 else view for k, view in enumerate(VIEWS)]
     assert not any(declared(bare))
