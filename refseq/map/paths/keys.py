@@ -40,7 +40,8 @@ class PathKeys:
         descriptors = np.concatenate(found)
         counts = np.array([min(len(keys.points), MOST) for keys in views], np.int32)
         steps = np.clip(np.rint(points * STEP), 0, FARTHEST).astype(np.uint16)
-        return cls(counts, steps, (descriptors[:, ::2] & 0xF0) | (descriptors[:, 1::2] >> 4))
+        packed = np.asarray((descriptors[:, ::2] & 0xF0) | (descriptors[:, 1::2] >> 4), np.uint8)
+        return cls(counts, steps, packed)
 
     @cached_property
     def _starts(self) -> NDArray[np.intp]:
