@@ -30,6 +30,7 @@ class SensorGuard:
         self._matcher = Matcher(map_, sensors=sorted(self._wanted), seed=seed)
         self._cameras = map_.sensors - {LASER}
         self._monitor = HealthMonitor()
+        self._stands_once = map_.profile.motion.stands_once
         self.reset()
 
     def reset(self) -> None:
@@ -74,9 +75,12 @@ class SensorGuard:
 
     def _match(self, view: View, step: Step) -> list[Measurement]:
         """Compare a view that came so after the last one that counted."""
-        distance = {Motion.MEASURED: step.distance, Motion.NONE: 0.0, Motion.OPEN: math.nan}[step.motion]
-        again = step.motion is Motion.NONE
-        return [replace(one, distance=distance, again=again) for one in self._matcher.match(view)]
+        measured = self._matcher.match(view)
+        if step.motion is Motion.OPEN:
+            return [replace(one, distance=math.nan) for one in measured]
+        if not self._stands_once:
+            return measured
+        return [replace(one, distance=step.distance, again=step.motion is Motion.NONE) for one in measured]
 
     def _check_cameras(self, view: View) -> None:
         """Raise ``ViewError`` as long as no camera of the map was met: names differ, or the robot does."""

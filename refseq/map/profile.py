@@ -155,6 +155,7 @@ LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
         "log_ratio": {"scans": 0, "geometry": 0},
+        "motion": {"stands_once": False},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
     }
 )

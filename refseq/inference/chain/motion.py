@@ -20,6 +20,9 @@ class MotionSettings:
 
     In the thesis a place is in the window or it is not. An ``interpolated`` window is shared out between the places
     around each of its points, so that the belief moves as far as the odometer says however places and views lie.
+
+    With ``stands_once`` all views of a robot that stands count as one, their mean; without, each speaks anew. A robot
+    that looks about itself for where it is gains by the second (docs/decisions/0039-a-robot-that-stands.md).
     """
 
     slack: float = 0.5
@@ -27,6 +30,7 @@ class MotionSettings:
     tail: float = 0.1
     interpolated: bool = False
     regularisation: float = 0.9
+    stands_once: bool = False
 
     def half_width(self, distance: float) -> float:
         """Reach of the high probability to either side of ``distance`` [m]."""
