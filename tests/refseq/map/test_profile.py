@@ -39,8 +39,8 @@ MOTION_PARTS = "valid is a table of drift, interpolated, regularisation, slack, 
         (
             "motion",
             {"slack": 1, "drift": 1, "tail": 1},
-            "profile.motion.interpolated is missing; valid are drift, interpolated, regularisation, slack, stands_once, "
-            "tail",
+            "profile.motion.interpolated is missing; valid are drift, interpolated, regularisation, slack, "
+            "stands_once, tail",
         ),
         (
             "motion",
