@@ -114,7 +114,7 @@ class HealthMonitor:
         return Health(faults, usable, self._stand.update(view, self._sight(usable), trusted=trusted))
 
     def _sight(self, view: View) -> Sight:
-        """What can tell of motion: sensors of which nothing is suspected."""
+        """The sensors that can tell of motion: those of which nothing is suspected."""
         images = {name: one for name, one in view.images.items() if not self._doubted(self._cameras[name])}
         return Sight(images, None if self._doubted(self._tests[LASER]) else view.scan)
 

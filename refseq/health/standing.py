@@ -1,4 +1,4 @@
-"""Whether the robot has stood since the last view that counted, by its pictures, its scans and its odometer."""
+"""Test for a robot that has stood since the last view that counted, by pictures, scans and odometer."""
 
 import math
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ class Motion(Enum):
 
 @dataclass(frozen=True)
 class Sight:
-    """What of a view can tell that the robot has moved: ``images`` of the cameras that are well, and a scan."""
+    """The part of a view that can tell of motion: ``images`` of the cameras that are well, and a scan."""
 
     images: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
     scan: Scan | None = None

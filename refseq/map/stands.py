@@ -17,7 +17,7 @@ LEAST = math.exp(-700.0)
 
 @dataclass(frozen=True, slots=True)
 class _Sum:
-    """What the views of a stand tell of the places of one sequence, summed up; ``first`` is the view that began it."""
+    """Sum of what the views of a stand tell of the places of one sequence; ``first`` is the view that began it."""
 
     first: Measurement
     count: int

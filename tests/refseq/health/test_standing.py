@@ -1,4 +1,4 @@
-"""Whether the robot stood: by the odometer, by pictures, by scans, and by what is left of them."""
+"""Tests for a robot that stood: by the odometer, by pictures, by scans, and by what is left of them."""
 
 from dataclasses import replace
 

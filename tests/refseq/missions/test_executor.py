@@ -234,7 +234,7 @@ def test_what_finds_its_way_by_itself_is_not_steered() -> None:
 
 @pytest.mark.parametrize("grip", [0.9, 1.1])
 def test_the_last_metres_are_put_right_where_poses_tell_them(grip: float) -> None:
-    """What is left is the slip since the last view, not that of the last metre and a half."""
+    """The slip since the last view is left, not that of the last metre and a half."""
     line = Line(learnt(LEG), with_pose(LEG, 0.0, 0.0), grip=grip).run()
     assert line.executor.status is Status.COMPLETED, told(line)
     assert line.x == pytest.approx(30.0, abs=0.1 + STEP * SPEED)
