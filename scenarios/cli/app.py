@@ -15,6 +15,7 @@ from typing import Annotated
 
 import typer
 
+from refseq.threads import sum_in_one_thread
 from refseq_bench.scenarios.cli.terminal.console import err, out, settle_terminal
 from refseq_bench.scenarios.cli.terminal.options import flag
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, UsageError, asks_for_help, group, in_one_line
@@ -109,6 +110,7 @@ def version(
 def main() -> None:
     """Run the command line: a known error is one line and an exit code, an unknown one comes with its trace."""
     settle_terminal()
+    sum_in_one_thread()
     # Systems and CI servers end a job by SIGTERM, a terminal by SIGINT: either leaves behind what Ctrl-C does. What a
     # shell without job control puts in the background ignores SIGINT, and does so here too.
     signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -3,13 +3,13 @@
 Needs the extra ``rl``. Exit codes: 0 done; 1 the margin over chance is below what was asked; 2 bad input, in one line.
 """
 
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from refseq.threads import sum_in_one_thread
 from refseq_bench.sim.envs.learning.evaluation import evaluate, margin, returns
 from refseq_bench.sim.envs.learning.files import write
 from refseq_bench.sim.envs.learning.ppo import learn, stable_baselines
@@ -65,7 +65,7 @@ def _make(folder: Path) -> None:
 def main() -> None:
     """Run the command line; a known error is one line and exit code 2."""
     # Workers are to take a core each, and not each all of them.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    sum_in_one_thread()
     try:
         app()
     except SimError as error:

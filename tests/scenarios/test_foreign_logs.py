@@ -166,10 +166,11 @@ def check(found: Localised, truth: bool) -> None:
     assert views == pytest.approx(SECOND.speed * SECOND.seconds / THIN, abs=5)
     assert told["views"] == views
     if truth:
-        wide, narrow = next(one for one in told["stages"])["success"].values()
-        assert wide["trials"] == views
-        assert wide["successes"] >= 0.8 * wide["trials"]
-        assert narrow["successes"] >= 0.6 * narrow["trials"]
+        wide, narrow = next(one for one in told["stages"])["success"]
+        assert (wide["within"], narrow["within"], wide["unit"]) == (1.5, 0.5, "m")
+        assert wide["of"] == views
+        assert wide["right"] >= 0.8 * wide["of"]
+        assert narrow["right"] >= 0.6 * narrow["of"]
 
 
 @pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)

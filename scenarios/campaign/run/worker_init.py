@@ -11,17 +11,16 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from refseq.children import follow_parent
+from refseq.threads import ONE_THREAD
 
 T = TypeVar("T")
-BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Sums that are split among threads are rounded otherwise: one thread, so that answers do not depend on the cores."""
 RENDERING = "LP_NUM_THREADS"
 """Threads of Mesa's software drivers; pictures are the same with any number."""
 
 
 def init_worker(master: int, threads: int) -> None:
     """Begin a worker of the process ``master``, which may draw and filter images with so many threads."""
-    os.environ.update(dict.fromkeys(BLAS, "1"))
+    os.environ.update(ONE_THREAD)
     os.environ.setdefault(RENDERING, str(threads))
     follow_parent(master)
     import cv2

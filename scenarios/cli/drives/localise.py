@@ -202,7 +202,10 @@ def _record(one: "StageResult") -> dict[str, object]:
 
     return {
         "stage": one.stage,
-        "success": one.success,
+        "success": [
+            {"within": tolerance.distance, "unit": tolerance.unit, "right": share.successes, "of": share.trials}
+            for tolerance, share in one.success.items()
+        ],
         "failures": one.failures,
         "lost": one.lost,
         **consistency_record(one.consistency),

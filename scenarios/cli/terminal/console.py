@@ -107,12 +107,19 @@ def _plain(value: object) -> object:
     if hasattr(value, "model_dump"):
         return _plain(value.model_dump(mode="json"))
     if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {_key(key): _plain(one) for key, one in value.items()}
     if isinstance(value, str | Path):
         return str(value)
     if isinstance(value, Iterable):
         return [_plain(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _key(key: object) -> str:
+    """A name in JSON: Python's own way of writing an object is none."""
+    if not isinstance(key, str | int):
+        raise TypeError(f"a key of JSON is text or a whole number, not {key!r}")
+    return str(key)
 
 
 @contextmanager

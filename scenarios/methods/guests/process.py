@@ -12,6 +12,7 @@ import weakref
 from collections import deque
 from collections.abc import Sequence
 
+from refseq.threads import ONE_THREAD
 from refseq_bench.scenarios.methods.guests import launch
 from refseq_bench.scenarios.methods.guests.folder import GuestCode, GuestFolder
 from refseq_bench.scenarios.methods.guests.limits import GuestLimits
@@ -28,8 +29,6 @@ LONGEST_REASON = 1000
 """Characters of what a guest gives as its reason that are told."""
 HAS_ENDED = os.WEXITED | os.WNOHANG | os.WNOWAIT
 FORWARDED = ("PATH", "LD_LIBRARY_PATH", "CUDA_VISIBLE_DEVICES", "TZ")
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""Sums that are split among threads are rounded otherwise: answers must not depend on the cores."""
 
 
 class GuestError(Exception):

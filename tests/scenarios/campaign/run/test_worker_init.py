@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from refseq_bench.scenarios.campaign.run.worker_init import BLAS, RENDERING, call_and_trim, init_worker, share
+from refseq.threads import ONE_THREAD
+from refseq_bench.scenarios.campaign.run.worker_init import RENDERING, call_and_trim, init_worker, share
 from tests.forked import in_child
 
 
@@ -13,7 +14,7 @@ from tests.forked import in_child
 def test_a_worker_begins_with_few_threads_and_leaves_the_drivers_as_the_user_chose(
     chosen: str | None, drawing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv(BLAS[0], "16")
+    monkeypatch.setenv("OMP_NUM_THREADS", "16")
     monkeypatch.delenv(RENDERING, raising=False)
     if chosen is not None:
         monkeypatch.setenv(RENDERING, chosen)
@@ -22,11 +23,11 @@ def test_a_worker_begins_with_few_threads_and_leaves_the_drivers_as_the_user_cho
         import cv2
 
         init_worker(os.getppid(), 3)
-        return {"opencv": cv2.getNumThreads(), **{name: os.environ[name] for name in (*BLAS, RENDERING)}}
+        return {"opencv": cv2.getNumThreads(), **{name: os.environ[name] for name in (*ONE_THREAD, RENDERING)}}
 
     found = in_child(worker, tmp_path)
-    assert found == {"opencv": 3, **dict.fromkeys(BLAS, "1"), RENDERING: drawing}
-    assert os.environ[BLAS[0]] == "16"
+    assert found == {"opencv": 3, **ONE_THREAD, RENDERING: drawing}
+    assert os.environ["OMP_NUM_THREADS"] == "16"
 
 
 def test_memory_is_given_back_whatever_the_function_does(monkeypatch: pytest.MonkeyPatch) -> None:

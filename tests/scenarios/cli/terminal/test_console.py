@@ -41,3 +41,9 @@ def test_json_holds_no_sign_that_a_terminal_obeys(capsys: pytest.CaptureFixture[
     assert json.loads(text) == value
     assert all(sign.isprintable() or sign == "\n" for sign in text)
     assert "é" in text
+
+
+def test_an_object_is_no_key() -> None:
+    """Its name in JSON would be Python's own way of writing it, which no other program reads."""
+    with pytest.raises(TypeError, match="a key of JSON is text or a whole number"):
+        print_json({(1.5, "m"): 3})
