@@ -20,14 +20,14 @@ from refseq.view import LASER, Scan, View
 class SensorGuard:
     """A matcher behind a monitor of the sensors (docs/sensor-faults.md).
 
-    As long as nothing is declared the matcher gets every view as it is. ``faults`` are those that stand at the last
-    view, ``scan`` is what its laser saw, None where that is ill, missing or not wanted. Takes the same as ``Matcher``,
-    and raises the same.
+    As long as nothing is declared the matcher gets every view as it is. ``sensors`` are those of the map that are asked,
+    ``faults`` those that stand at the last view; ``scan`` is what its laser saw, None where that is ill, missing or not
+    asked. Takes the same as ``Matcher``, and raises the same.
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
-        self._wanted = wanted_of(map_, sensors)
-        self._matcher = Matcher(map_, sensors=sorted(self._wanted), seed=seed)
+        self.sensors = wanted_of(map_, sensors)
+        self._matcher = Matcher(map_, sensors=sorted(self.sensors), seed=seed)
         self._cameras = map_.sensors - {LASER}
         self._monitor = HealthMonitor()
         self._stands_once = map_.profile.motion.stands_once
@@ -60,9 +60,9 @@ class SensorGuard:
         if trusted.sensors != health.usable.sensors:
             measured = self._match(trusted, health.step)
         self._trusted = trusted
-        self.scan = trusted.scan if LASER in self._wanted else None
-        fallen = self._wanted & {fault.sensor for fault in self.faults}
-        self._sightless = bool(fallen) and not trusted.sensors & self._wanted
+        self.scan = trusted.scan if LASER in self.sensors else None
+        fallen = self.sensors & {fault.sensor for fault in self.faults}
+        self._sightless = bool(fallen) and not trusted.sensors & self.sensors
         return measured
 
     def keys(self) -> Mapping[str, SiftKeys]:

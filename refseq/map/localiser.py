@@ -33,7 +33,7 @@ class Localiser:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._stage = stage_named(stage)
         self._tracker = tracker_for(self._stage, map_)
-        self._beside = BesideWords(map_)
+        self._beside = BesideWords(map_, self._guard.sensors)
         self._last: Belief | None = None
 
     def reset(self) -> None:
@@ -64,7 +64,7 @@ class StagedLocaliser:
     ) -> None:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._trackers = {stage: tracker_for(stage, map_) for stage in map(stage_named, stages)}
-        self._beside = BesideWords(map_)
+        self._beside = BesideWords(map_, self._guard.sensors)
         self._last: dict[Stage, Belief | None] = dict.fromkeys(self._trackers)
 
     def update(self, view: View) -> dict[Stage, Belief]:
@@ -113,7 +113,7 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     """
     tracker = ChainTracker(map_.sequence)
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
-    beside, stands = BesideWords(map_), Stands()
+    beside, stands = BesideWords(map_, guard.sensors), Stands()
     measured: list[Measurement] = []
     for view in each_view(views):
         found = guard.match(view)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from refseq.inference.matching.detection import REACH, Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
@@ -33,7 +33,8 @@ class LogRatioSettings:
     ``apart`` [m] away, ``views`` of them at most, spread evenly, for a sample of ``scores`` at most.
 
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
-    while the robot may be anywhere: each takes 3 ms; 0: none. ``geometry`` is the same of a view's keys, which a map
+    while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked: words
+    of a laser then tell the corridor rather than the place. ``geometry`` is the same of a view's keys, which a map
     that is learnt with it holds for each place: each takes 0.3 ms a camera.
     """
 
@@ -42,6 +43,7 @@ class LogRatioSettings:
     views: int = 400
     scores: int = 200_000
     scans: int = 0
+    scans_alone: int = 6
     geometry: int = 0
 
     def __post_init__(self) -> None:
@@ -138,7 +140,7 @@ class LogRatioModel:
             if np.isin(matrix.sightings(block), (0, matrix.K)).all():
                 continue  # the same at all places, it tells none from another
             model = Detection(matrix.block(key))
-            views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
+            views = [(k, within(column, block)) for k, column in zip(chosen, columns, strict=True)]
             scores = _elsewhere(model, views, along, settings)
             calibration = Calibration(scores)
             self._blocks[key] = model, calibration
@@ -185,16 +187,22 @@ def unless_blind(log_ratios: NDArray[np.float64], blind: float) -> NDArray[np.fl
     return mixed
 
 
-def power_of(log_ratios: NDArray[np.float64]) -> float:
-    """The largest power up to 1 at which ratios average 1 or less; 0 where none does."""
+def power_of(log_ratios: NDArray[np.float64], given: NDArray[np.float64] | None = None) -> float:
+    """The largest power up to 1 at which ratios average 1 or less; 0 where none does.
+
+    With the log ratios ``given`` by something else it is the power at which their products do, or, where those that
+    are given average more than 1, no more than they.
+    """
+    others = np.zeros(len(log_ratios)) if given is None else given
+    allowed = max(0.0, float(logsumexp(others) - np.log(len(others)))) if len(others) else 0.0
 
     def log_mean(power: float) -> float:
-        return float(logsumexp(power * log_ratios) - np.log(len(log_ratios)))
+        return float(logsumexp(others + power * log_ratios) - np.log(len(log_ratios))) - allowed
 
-    # A convex function that is 0 at 0: where it is above 0 at 1, it has one other root at most.
+    # A convex function that is 0 or below at 0: where it is above 0 at 1, it has one root between at most.
     if not len(log_ratios) or log_mean(1.0) <= 0:
         return 1.0
-    if log_ratios.mean() >= 0:
+    if log_mean(0.0) == 0 and np.average(log_ratios, weights=softmax(others)) >= 0:
         return 0.0
     low = 0.5
     while log_mean(low) > 0:
@@ -204,7 +212,7 @@ def power_of(log_ratios: NDArray[np.float64]) -> float:
     return float(brentq(log_mean, low, 1.0, xtol=1e-6))
 
 
-def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
+def within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
     """A place's features of one block, numbered from the block's start."""
     low, high = np.searchsorted(column, [block.start, block.stop])
     return column[low:high] - block.start

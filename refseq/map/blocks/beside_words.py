@@ -1,6 +1,6 @@
 """Everything that is asked of a few places beside their words, for each way of localising."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from refseq.belief import Belief
 from refseq.map.blocks.few_places import FewPlaces
@@ -13,11 +13,14 @@ from refseq.map.poses_beside import PosesBeside
 
 
 class BesideWords:
-    """Scan and keys of a view laid on those of places: take each view, weigh its measurements, tell its pose."""
+    """Scan and keys of a view laid on those of places: take each view, weigh its measurements, tell its pose.
 
-    def __init__(self, map_: Map) -> None:
+    ``sensors`` are those of the map that are asked.
+    """
+
+    def __init__(self, map_: Map, sensors: Collection[str]) -> None:
         self._poses, self._keys = PosesBeside(map_), KeyBlock(map_)
-        self._few = FewPlaces(map_, [ScanBlock(map_, self._poses), self._keys])
+        self._few = FewPlaces(map_, [ScanBlock(map_, self._poses, sensors), self._keys])
 
     def take(self, guard: SensorGuard) -> None:
         """Take what can be trusted of the view that the guard looked at last."""

@@ -1,5 +1,6 @@
 """The scan as evidence: laid on the scans of the few likeliest places (docs/decisions/0033-the-scan-as-a-scan.md)."""
 
+from collections.abc import Collection
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +11,7 @@ from refseq.map.blocks.few_places import pairs_elsewhere
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
 from refseq.scan_matching.fit import LaidScan, fitted
+from refseq.view import LASER
 
 VIEWS, PLACES = 40, 5
 """So many views of the reference, spread evenly, are laid on so many places each: what a place elsewhere scores."""
@@ -22,12 +24,14 @@ NOTHING = -1.0
 class ScanBlock:
     """Log-likelihood ratios by the fit of a view's scan, whose fits ``poses`` hold.
 
-    ``most``, ``log_ratio.scans`` of the map's profile, is how many places a scan is laid on.
+    ``most`` is how many places a scan is laid on: ``log_ratio.scans`` of the map's profile, and where the laser is all of
+    the ``sensors`` that are asked, ``log_ratio.scans_alone`` at least.
     """
 
-    def __init__(self, map_: Map, poses: PosesBeside) -> None:
+    def __init__(self, map_: Map, poses: PosesBeside, sensors: Collection[str]) -> None:
         self._map, self._poses = map_, poses
-        self.most = int(map_.profile.log_ratio.scans)
+        settings = map_.profile.log_ratio
+        self.most = max(settings.scans, settings.scans_alone) if set(sensors) == {LASER} else settings.scans
 
     @property
     def sees(self) -> bool:
@@ -37,7 +41,9 @@ class ScanBlock:
     def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,)."""
         told = self._calibration.log_ratios(np.array([self._score(place) for place in places.tolist()]))
-        return told - np.square([self._off(place) / NEAR for place in places.tolist()]) / 2
+        told -= np.square([self._off(place) / NEAR for place in places.tolist()]) / 2
+        told[[self._map.scan(place) is None for place in places.tolist()]] = 0.0  # a drive whose laser was away
+        return told
 
     def _off(self, place: int) -> float:
         """Distance along from a place to where the fit puts the robot [m]: neighbours see the same walls."""

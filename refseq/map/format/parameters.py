@@ -83,6 +83,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "views": (1, 100_000),
             "scores": (1, 10**8),
             "scans": (0, 1000),
+            "scans_alone": (0, 1000),
             "geometry": (0, 1000),
         },
         "motion": {"slack": LENGTH, "drift": (0.0, 100.0), "tail": SHARE, "regularisation": SHARE},

@@ -1,4 +1,4 @@
-"""The scan as a block of its own: where words fail, and silent where nothing was asked for."""
+"""The scan as a block of its own: where words fail, and silent where cameras are asked as well."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from refseq.map.matcher import Matcher
 from refseq.map.poses_beside import PosesBeside
 from refseq.map.profile import BEST, Profile
 from refseq.planar import Pose
-from refseq.view import View
+from refseq.view import LASER, View
 from tests.refseq.map.test_poses_beside import LATER, drive
 
 REFERENCE = [Pose(1.0 + 0.85 * k, 0.0, 0.0) for k in range(28)]
@@ -23,7 +23,7 @@ REFERENCE = [Pose(1.0 + 0.85 * k, 0.0, 0.0) for k in range(28)]
 
 @pytest.fixture(scope="module")
 def asked() -> Map:
-    return learn(drive(REFERENCE), profile="best+log_ratio.scans=6")
+    return learn(drive(REFERENCE), profile=BEST)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def views() -> list[View]:
 
 
 def weighing(map_: Map, poses: PosesBeside) -> FewPlaces:
-    return FewPlaces(map_, [ScanBlock(map_, poses)])
+    return FewPlaces(map_, [ScanBlock(map_, poses, map_.sensors)])
 
 
 def right(map_: Map, views: list[View]) -> int:
@@ -42,17 +42,33 @@ def right(map_: Map, views: list[View]) -> int:
 
 
 def test_scans_find_what_words_fixed_to_the_robot_do_not(asked: Map, views: list[View]) -> None:
-    words = learn(drive(REFERENCE), profile="best")
+    words = learn(drive(REFERENCE), profile="best+log_ratio.scans_alone=0")
     assert right(asked, views) >= 18
     assert right(words, views) <= 10
 
 
 def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
-    map_ = learn(drive(REFERENCE), profile=BEST)
+    map_ = learn(drive(REFERENCE), profile="best+log_ratio.scans_alone=0")
     poses = PosesBeside(map_)
     poses.take(views[3].scan)
     measured = Matcher(map_).match(views[3])
     assert weighing(map_, poses).weighed(measured, None)[0] is measured[0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "sensors", "most"),
+    [
+        ("", {LASER}, 6),
+        ("", {LASER, "camera"}, 0),
+        ("", {"camera"}, 0),
+        ("+log_ratio.scans=4", {LASER, "camera"}, 4),
+        ("+log_ratio.scans=4", {LASER}, 6),
+        ("+log_ratio.scans=9", {LASER}, 9),
+    ],
+)
+def test_a_laser_alone_asks_for_scans(settings: str, sensors: set[str], most: int) -> None:
+    map_ = learn(drive(REFERENCE[:8]), profile=f"best{settings}")
+    assert ScanBlock(map_, PosesBeside(map_), sensors).most == most
 
 
 def test_few_places_are_weighed_and_no_other_changes(asked: Map, views: list[View]) -> None:
@@ -102,4 +118,5 @@ def test_stages_and_localisers_agree(asked: Map, views: list[View]) -> None:
 def test_maps_of_before_do_not_ask() -> None:
     content = BEST.to_dict()
     del content["log_ratio"]["scans"]
-    assert Profile.from_dict(content) == replace(BEST, log_ratio=replace(BEST.log_ratio, scans=0))
+    del content["log_ratio"]["scans_alone"]
+    assert Profile.from_dict(content) == replace(BEST, log_ratio=replace(BEST.log_ratio, scans=0, scans_alone=0))
