@@ -79,7 +79,7 @@ def run_campaign(
     plans: dict[str, _Plan] = {}
     for case in cases:
         try:
-            plans[case.name] = _Plan(case, tasks_of(case))
+            plans[case.name] = _plan(case)
         except AbsentError as absent:
             result = _without_answers(case, Verdict.SKIPPED, str(absent))
             conclude(result)
@@ -94,20 +94,26 @@ def _without_answers(case: Case, verdict: Verdict, reason: str) -> Judged:
 
 @dataclass(frozen=True)
 class _Plan:
-    """A case and its questions by seed."""
+    """A case, its questions by seed, and the ``keys`` of all that must have ended before it is judged."""
 
     case: Case
     questions: Mapping[int, Sequence[Question]]
+    keys: frozenset[str]
 
     @property
     def asked(self) -> list[Question]:
         """All questions."""
-        return [task for of_seed in self.questions.values() for task in of_seed]
+        return _all_of(self.questions)
 
-    @property
-    def keys(self) -> set[str]:
-        """Keys of all that must have ended before it is judged."""
-        return {one.key for one in distinct(self.asked)}
+
+def _plan(case: Case) -> _Plan:
+    """The plan of a case. Raises ``AbsentError``: keys are reckoned here, for which real recordings have to be there."""
+    questions = tasks_of(case)
+    return _Plan(case, questions, frozenset(one.key for one in distinct(_all_of(questions))))
+
+
+def _all_of(questions: Mapping[int, Sequence[Question]]) -> list[Question]:
+    return [task for of_seed in questions.values() for task in of_seed]
 
 
 class _Campaign:

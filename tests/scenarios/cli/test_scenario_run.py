@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign import results
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
 from refseq_bench.scenarios.campaign.progress import ProgressLines
 from refseq_bench.scenarios.campaign.run import workers
 from refseq_bench.scenarios.campaign.store.cache import RECORDING, Store
@@ -64,6 +65,23 @@ def test_a_second_run_does_nothing_again_and_says_the_same(refseq: Refseq, file:
     assert {path: path.stat().st_mtime_ns for path in cache.iterdir() if path.name != ".lock"} == files
     size = sum(path.stat().st_size for path in files)
     assert f"{size / 1000:.3g} kB kept in {cache}" in second.err
+
+
+@pytest.mark.parametrize("home", [None, "empty"])
+def test_a_real_set_that_is_absent_is_one_line_and_the_rest_runs(
+    refseq: Refseq, file: Path, cache: Path, quick: None, monkeypatch: pytest.MonkeyPatch, home: str | None
+) -> None:
+    monkeypatch.delenv(DATA, raising=False)
+    if home:
+        (file.parent / home).mkdir()
+        monkeypatch.setenv(DATA, str(file.parent / home))
+    real = 'title = "Real"\nseeds = [1, 2]\n[reference]\nlog = "far/away.clf"\n[query]\nlog = "far/away.clf"\n'
+    (file.parent / "real.toml").write_text(real)
+    answer = refseq("scenario", "run", file.parent / "real.toml", file, "--cache", cache)
+    assert answer.code == 0
+    assert answer.out.splitlines()[:3] == ["skipped: real", "passed: tiny", "2 cases: 1 skipped, 1 passed"]
+    assert answer.err.count("far/away.clf") == 1
+    assert "Traceback" not in answer.err
 
 
 def test_fresh_asks_anew_and_meets_a_damaged_recording(refseq: Refseq, file: Path, cache: Path, quick: None) -> None:
