@@ -141,15 +141,20 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
 
     from refseq.view import ASSUMED
     from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
+    from refseq_bench.scenarios.drives.truth_fit import check_truth
 
     plan = plan_drive(source, selection)
     if not source.complete:
         logging.getLogger(__name__).warning(
             "%s is incomplete (%s); its %d views are used", source.path, source.damage, len(plan)
         )
-    if selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED):
+    assumed = selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED)
+    if assumed:
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
     # What beliefs were made of, `localise` has said: it may have been noisy.
+    if selection.times is None and not assumed:
+        truth = selection.truth or f"{source.path}: its truth"
+        check_truth(plan.views, truth, source.path.name, given=selection.truth is not None)
     if selection.noise_seed is None and selection.times is None and repeats_odometry(plan.views):
         logging.getLogger(__name__).warning(
             "%s: its true poses are its odometry told twice; a score says how odometry agrees, unless a map corrected "

@@ -16,6 +16,8 @@ from refseq.map.learning import dead_reckoned
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection, plan_drive
 from refseq_bench.scenarios.drives.repeated_truth import one_path
+from refseq_bench.scenarios.drives.truth_fit import truth_doubt
+from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.log_tools.cost import TIMED, ExpectedCost, expected_cost
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import (
@@ -88,6 +90,7 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     driven = _travelled(way, true if len(true) > MOST * len(way) and not same else way)
     prospect = Prospect(path, selection, plan, refusal, views, driven, same, features)
     offsets = sensor_offsets(plan) if plan else {}
+    doubts = _doubts(plan, selection)
     return LogCheckup(
         survey=found,
         selection=selection,
@@ -100,7 +103,7 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
         offsets=offsets,
         cost=cost,
         taken={topic.name: taken_as(topic, plan) for topic in found.topics},
-        warnings=warnings_of(found, plan, offsets),
+        warnings=(*doubts, *warnings_of(found, plan, offsets)),
         verdicts=verdicts(prospect),
     )
 
@@ -113,6 +116,17 @@ def _planned(source: LogSource, selection: DriveSelection) -> tuple[ViewPlan | N
         if (selection.topics, selection.odometry, selection.truth) != (None, None, None):  # they may be what is wrong
             raise
         return None, str(error).removeprefix(f"{source.path}: ")
+
+
+def _doubts(plan: ViewPlan | None, selection: DriveSelection) -> tuple[str, ...]:
+    """What speaks against the true poses. Raises ``ScenarioError`` for given ones of another drive, as reading does."""
+    if plan is None or not motion_origin(plan.findings):
+        return ()
+    name = plan.source.path.name
+    doubt = truth_doubt(plan.views, selection.truth or f"{name}: its truth", name)
+    if doubt and doubt.refused and selection.truth:
+        raise ScenarioError(doubt.told)
+    return (doubt.told,) if doubt else ()
 
 
 def _spacing(plan: ViewPlan) -> float:

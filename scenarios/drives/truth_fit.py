@@ -1,0 +1,158 @@
+"""Truth that does not fit its drive: of another log or another time, with columns swapped, in other units.
+
+Odometry drifts, and yet over a few metres it tells the way that was driven; a truth that tells another way, piece by
+piece, is not of this drive, and a score by it would mean nothing.
+"""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.pose_graph import motions_between, ways_along, wrapped
+from refseq.view import View
+from refseq_bench.scenarios.errors import ScenarioError
+
+PIECES = (5.0, 20.0)
+"""The way is compared in pieces of so many metres by odometry, and those count that fit better: odometry drifts over long
+ones, and positions by satellite tremble over short ones."""
+OFF, TURNED = 0.3, np.radians(30.0)
+"""A piece fits whose end the truth puts no farther from where odometry does than this share of its length, and whose
+turn is no other by more than this [rad]. Of the raw logs of fr079, ACES and MIT CSAIL 95 to 97 % of the pieces fit."""
+FEWEST = 4
+"""Pieces below which nothing is told."""
+REFUSED, DOUBTED = 0.65, 0.8
+"""A truth of which a lesser share of the pieces fits is refused, or told of. A mirrored way fits where it is straight."""
+STRETCHED = 0.08
+"""Share by which odometry and truth may differ in length; the raw logs differ by 1 to 5 %."""
+ASIDE = np.radians(45.0)
+"""Headings that point so far beside the way driven [rad] are told of: a sensor that looks aside, or columns swapped."""
+KNOWN = 0.9
+"""Share of the views that should have a true pose; with less it is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class TruthFit:
+    """How true poses go with odometry: ``fitting`` of ``pieces`` of the way, ``metres`` long each, tell the same.
+
+    Its headings are turned by ``aside`` [rad] against the odometry's throughout; odometry shows ``length`` metres for
+    each true one, the median over pieces that fit, nan where none does.
+    """
+
+    metres: float
+    pieces: int
+    fitting: int
+    aside: float
+    length: float
+
+    @property
+    def share(self) -> float:
+        """Share of the pieces that fit."""
+        return self.fitting / self.pieces
+
+
+def truth_fit(views: Sequence[View]) -> TruthFit | None:
+    """Compare the true poses of views with their odometry; None where there is too little of either."""
+    from refseq.map.learning import dead_reckoned
+
+    known = [index for index, view in enumerate(views) if view.truth is not None]
+    odometry = dead_reckoned(views)
+    if len(known) < 2 or not len(odometry):
+        return None
+    truth = np.array([(pose.x, pose.y, pose.heading) for view in views if (pose := view.truth)])
+    return fit_of(truth, odometry[known])
+
+
+def fit_of(truth: NDArray[np.float64], odometry: NDArray[np.float64]) -> TruthFit | None:
+    """Compare poses with those by odometry, (n, 3) each of x, y [m], heading [rad], piece by piece of the way."""
+    found = filter(None, (_fit_of(truth, odometry, metres) for metres in PIECES))
+    return max(found, key=lambda fit: fit.share, default=None)
+
+
+def _fit_of(truth: NDArray[np.float64], odometry: NDArray[np.float64], metres: float) -> TruthFit | None:
+    """The same by pieces of so many metres; None where they are too few."""
+    way = ways_along(odometry)
+    cuts = _cuts(way, metres)
+    if len(cuts) <= FEWEST:
+        return None
+    true, told = (_motions(poses[cuts]) for poses in (truth, odometry))
+    length = np.diff(way[cuts])
+    turns_fit = np.abs(wrapped(true[:, 2] - told[:, 2])) < TURNED
+    asides = np.arctan2(true[:, 1], true[:, 0]) - np.arctan2(told[:, 1], told[:, 0])  # (pieces,)
+    counts = [int((turns_fit & _ends_fit(true, told, aside, length)).sum()) for aside in (0.0, *asides.tolist())]
+    best = int(np.argmax(counts))  # of equals the first: headings as they are
+    aside = 0.0 if best == 0 else float(wrapped(asides[best - 1]))
+    fits = turns_fit & _ends_fit(true, told, aside, length)
+    shown = np.hypot(*told[fits, :2].T) / np.maximum(np.hypot(*true[fits, :2].T), 1e-9)
+    return TruthFit(metres, len(length), counts[best], aside, float(np.median(shown)) if len(shown) else float("nan"))
+
+
+def _cuts(way: NDArray[np.float64], metres: float) -> list[int]:
+    """Indices of the first pose, and of each that lies so many ``metres`` or more behind the last one."""
+    cuts = [0]
+    for index, at in enumerate(way.tolist()):
+        if at - way[cuts[-1]] >= metres:
+            cuts.append(index)
+    return cuts
+
+
+def _motions(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Each pose as seen from the one before, (n - 1, 3)."""
+    return motions_between(poses[:-1], poses[1:])
+
+
+def _ends_fit(
+    true: NDArray[np.float64], told: NDArray[np.float64], aside: float, length: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """True for motions that end alike, those told turned by ``aside``."""
+    turn = np.array([[np.cos(aside), np.sin(aside)], [-np.sin(aside), np.cos(aside)]])
+    return np.asarray(np.hypot(*(true[:, :2] - told[:, :2] @ turn).T) < OFF * length)
+
+
+@dataclass(frozen=True, slots=True)
+class TruthDoubt:
+    """A sentence about true poses that do not go with their drive's odometry; ``refused`` where hardly any does."""
+
+    told: str
+    refused: bool = False
+
+
+def truth_doubt(views: Sequence[View], truth: str, drive: str) -> TruthDoubt | None:
+    """What speaks against the true poses of some views, None: nothing; ``truth`` and ``drive`` are how to call them."""
+    fit = truth_fit(views)
+    if fit is None:
+        return None
+    told = f"{fit.fitting} of {fit.pieces} pieces of {fit.metres:g} m go as the odometry of {drive} does"
+    if fit.share < REFUSED:
+        valid = "the true poses of this drive at its times, x before y, in metres, headings in radians"
+        return TruthDoubt(f"{truth}: tells another way: {told}; valid are {valid}", refused=True)
+    if fit.share < DOUBTED:
+        causes = "a mirrored axis, other units or times, or odometry that slipped"
+        return TruthDoubt(f"{truth}: hardly fits: {told}; look for {causes}")
+    if abs(fit.aside) > ASIDE:
+        aside = f"{np.degrees(fit.aside):+.0f}° beside the way of {drive}"
+        return TruthDoubt(f"{truth}: its headings point {aside}: a sensor that looks aside, or x and y swapped")
+    if abs(fit.length - 1) > STRETCHED:
+        return TruthDoubt(f"{truth}: the odometry of {drive} shows {fit.length:.2f} m for each metre of it")
+    return None
+
+
+def check_truth(views: Sequence[View], truth: str, drive: str, *, given: bool) -> None:
+    """Refuse a truth that was ``given`` beside a drive and tells another way; what is doubtful is a warning.
+
+    A log's own truth is never refused. Raises ``ScenarioError``.
+    """
+    doubt = truth_doubt(views, truth, drive)
+    if doubt and doubt.refused and given:
+        raise ScenarioError(doubt.told)
+    if doubt:
+        _warn(doubt.told)
+    known = sum(view.truth is not None for view in views)
+    if given and 0 < known < KNOWN * len(views):
+        _warn(f"{truth}: has true poses of {known} of the {len(views)} views of {drive}; the others are not scored")
+
+
+def _warn(line: str) -> None:
+    logging.getLogger(__name__).warning("%s", line)
