@@ -53,6 +53,7 @@ def search(
     from refseq_bench.scenarios.campaign.search.search import search as searched
     from refseq_bench.scenarios.campaign.search.seek import Prober
     from refseq_bench.scenarios.campaign.store.cache import Store
+    from refseq_bench.scenarios.methods.by_name import written_out
     from refseq_bench.sim.rendering.renderer import RendererKind
     from refseq_bench.user_cache import user_cache
 
@@ -60,6 +61,8 @@ def search(
     cases = find([scenario])
     if len(cases) != 1:
         raise ScenarioError(f"{scenario}: makes {len(cases)} cases; valid is one, such as {cases[0].name}")
+    if len(several := written_out((method,))) > 1:
+        raise ScenarioError(f"--method {method}: stands for several; valid is one, such as {several[-1]}")
     cases = with_methods(cases, [method], ["none"])
     cases = with_seeds(cases, seeds or str(cases[0].scenario.seeds[0]))
     (case,) = with_renderer(cases, RendererKind(renderer))

@@ -25,6 +25,10 @@ REVERSAL = math.radians(100)
 WIDEST = 1.0
 """Farthest lane beside a route [m]: a choice, about half a wide corridor."""
 
+UNEVEN = 5.0
+"""Greatest strength of a person's imperfections: a choice. From about 8 on speeds spread by their mean, and the robot
+stands or turns round more than it drives."""
+
 ARRIVED = 0.03
 """Distance from the end of a leg at which it counts as done [m]."""
 

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Dis
 from refseq_bench.scenarios.campaign.declare.assignment import ODOMETRY
 from refseq_bench.scenarios.methods.by_name import written_out
 from refseq_bench.sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
-from refseq_bench.sim.drives.operator import WIDEST
+from refseq_bench.sim.drives.operator import UNEVEN, WIDEST
 from refseq_bench.sim.drives.signal_faults import SignalFault
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 
@@ -101,7 +101,7 @@ class DriveTable(Table):
     trigger: TriggerTable = TriggerTable()
     cameras: dict[str, Line] = {}
     laser_range: Literal[8, 80] = 80
-    operator: NotNegative = 1.0
+    operator: Annotated[Finite, Field(ge=0, le=UNEVEN)] = 1.0
     operator_style: Literal["careful", "weaving"] = "careful"
     side: Annotated[Finite, Field(ge=-WIDEST, le=WIDEST)] = 0.0
     robot_spread: Literal["calibrated", "as-built"] = "calibrated"

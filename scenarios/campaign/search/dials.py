@@ -104,8 +104,10 @@ def selected_dials(case: Case, wanted: Sequence[str]) -> dict[str, Dial]:
     for text in wanted:
         name, within, limits = text.partition("=")
         if name not in there:
-            known = "has no such dial" if name in NAMES else "is no dial"
-            raise ScenarioError(f"--dial {text!r}: {case.name} {known}; valid are {', '.join(there)}")
+            known = f"{case.name} has no such dial" if name in NAMES else f"{name!r} is no dial"
+            raise ScenarioError(f"--dial {text!r}: {known}; valid are {', '.join(there)}")
+        if name in found:
+            raise ScenarioError(f"--dial {text!r}: {name} is named twice; valid is once")
         dial = there[name]
         if within and not isinstance(dial, Scale):
             raise ScenarioError(

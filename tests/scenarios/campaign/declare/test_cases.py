@@ -120,6 +120,11 @@ BAD = {
     "change": (GOOD + 'change = "earthquake"\n', "query: change 'earthquake': unknown"),
     "robot": (GOOD + 'robot = "r2d2"\n', "query: unknown robot 'r2d2': valid are robuter"),
     "renderer": (GOOD + 'renderer = "crayon"\n', "query.renderer = 'crayon' is not valid: input should be 'baked'"),
+    "dial of the operator": (GOOD + "operator = 99\n", "query.operator = 99 is not valid: input should be less than"),
+    "dial of the world": (
+        GOOD + 'world = "building:3,width=20"\n',
+        "query: world 'building:3,width=20': width = '20' is not valid; it should be from 1.8 to 4",
+    ),
     "laser": (GOOD + "laser_range = 20\n", "query.laser_range = 20 is not valid: input should be 8 or 80"),
     "sensor": (GOOD + '[localise]\nsensors = ["nose"]\n', "reference: sensor 'nose' is not on robot 'robuter'; valid"),
     "no sensor": (GOOD + "[localise]\nsensors = []\n", "localise.sensors = [] is not valid"),

@@ -73,7 +73,7 @@ def test_every_value_of_every_dial_is_a_scenario(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wanted", "line"),
     [
-        ("weather", "--dial 'weather': dials is no dial; valid are hour, cloud"),
+        ("weather", "--dial 'weather': 'weather' is no dial; valid are hour, cloud"),
         ("width=1:2", "--dial width=1:2 is not valid; it should be FROM:TO, rising, from 1.8 to 4"),
         ("width=3:2", "--dial width=3:2 is not valid"),
         ("hour=late", "--dial hour=late is not valid"),
@@ -84,6 +84,11 @@ def test_bad_dial_is_one_line(wanted: str, line: str, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError) as error:
         selected_dials(case_in(tmp_path), [wanted])
     assert str(error.value).startswith(line)
+
+
+def test_dial_that_is_named_twice_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="^--dial 'width=2:3': width is named twice; valid is once$"):
+        selected_dials(case_in(tmp_path), ["width", "width=2:3"])
 
 
 def test_dial_that_the_world_has_not_is_refused(tmp_path: Path) -> None:

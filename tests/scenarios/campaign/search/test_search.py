@@ -92,6 +92,8 @@ def test_prober_drives_each_point_once(tmp_path: Path) -> None:
     [
         (("--method", "thesis/chain", "--budget", "0"), "--budget '0' is not valid"),
         (("--method", "nobody", "--budget", "2"), "method 'nobody' is unknown"),
+        (("--method", "best", "--budget", "2"), "--method best: stands for several; valid is one, such as best/chain"),
+        (("--method", "best+chain.window=9", "--budget", "2"), "stands for several; valid is one, such as best+chain"),
         (("--method", "thesis/chain", "--budget", "2", "--dial", "hour"), "--dial 'hour': tiny has no such dial"),
         (("--method", "thesis/chain", "--budget", "2", "--seeds", "x"), "--seeds 'x' is not valid"),
     ],
