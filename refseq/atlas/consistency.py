@@ -123,9 +123,12 @@ class JoinGraph:
 
     def strain(self, join: int, joins: Iterable[int]) -> float:
         """Squared errors that a join of a set adds to it, as a share of its price."""
+        return self._errors(join, joins) / max(self.price(join), 1e-9)
+
+    def _errors(self, join: int, joins: Iterable[int]) -> float:
+        """Squared errors that a join of a set adds to it."""
         every = frozenset(joins)
-        errors = self.cost(every) - (self.cost(every - {join}) - self.price(join))
-        return errors / max(self.price(join), 1e-9)
+        return self.cost(every) - (self.cost(every - {join}) - self.price(join))
 
     def supported(self, joins: Iterable[int]) -> frozenset[int]:
         """Those of some joins that may stand alone, and those whose paths are joined without them all the same.
@@ -310,10 +313,13 @@ class JoinGraph:
         """
         joins, left = frozenset(agreed), frozenset(more)
         for join in (n for n in self._order() if n in left):
-            errors = self.strain(join, joins | {join}) * self.price(join)
-            if errors <= self.settings.likely * len(self._links[join].views):
+            if not self.is_strained(join, joins | {join}):
                 joins |= {join}
         return joins
+
+    def is_strained(self, join: int, joins: Iterable[int]) -> bool:
+        """True for a join of a set that adds more squared errors to it than right ones do."""
+        return self._errors(join, joins) > self.settings.likely * len(self._links[join].views)
 
 
 @dataclass(frozen=True, slots=True)

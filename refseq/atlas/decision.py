@@ -20,12 +20,35 @@ class Decision:
     joined: bool
     why: str
 
-    def about(self, other: "Decision") -> bool:
-        """True if two decisions are about stretches of the same sequences that have views in common."""
-        pairs = (self.first, other.first), (self.second, other.second)
-        return (self.one, self.other) == (other.one, other.other) and all(
-            mine[0] <= its[1] and its[0] <= mine[1] for mine, its in pairs
+    @property
+    def sides(self) -> tuple[tuple[tuple[int, int], str], tuple[tuple[int, int], str]]:
+        """The stretches, each with the name of its sequence."""
+        return (self.first, self.one), (self.second, self.other)
+
+    @property
+    def turned(self) -> "Decision":
+        """The same with its sides changed."""
+        return replace(
+            self,
+            one=self.other,
+            other=self.one,
+            first=self.second,
+            second=self.first,
+            lengths=(self.lengths[1], self.lengths[0]),
         )
+
+    def about(self, other: "Decision") -> bool:
+        """True if two decisions, either way round, are about stretches of the same sequences with views in common."""
+        return any(
+            (self.one, self.other) == (its.one, its.other)
+            and _meet(self.first, its.first)
+            and _meet(self.second, its.second)
+            for its in (other, other.turned)
+        )
+
+
+def _meet(mine: tuple[int, int], its: tuple[int, int]) -> bool:
+    return mine[0] <= its[1] and its[0] <= mine[1]
 
 
 Confirm = Callable[[Decision], Decision]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from refseq.atlas.consistency import CandidateJoin, JoinGraph, LaidPairs, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
 from refseq.atlas.loops import LoopSearch
-from refseq.atlas.overlap import LaidViews, Overlap, OverlapSettings, PairSearch
+from refseq.atlas.overlap import SPACING, LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.scans import LaidScans, ScannedPath, laid_on
 from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
 from refseq.errors import MapError
@@ -27,6 +27,8 @@ class Merged:
     decisions: tuple[Decision, ...]
     found: tuple["FoundOverlap", ...] = ()
     """Stretches that the decisions are about, one each."""
+    strained: tuple[Decision, ...] = ()
+    """Joins that a person made, and that odometry and all other joins contradict."""
 
 
 def merge(maps: Iterable[Map], settings: OverlapSettings | None = None) -> Map:
@@ -49,7 +51,8 @@ def merge_maps(
     All pairs of paths are searched for stretches that they share. Those are joined that agree with each other and with
     the paths' odometry (``refseq.atlas.consistency``). A shared stretch is kept by the path that had the fewest places
     when it was learnt. ``wishes`` are decisions of a person that hold whatever is found: joins made or refused, and
-    joins that nobody would have proposed. Raises ``MapError`` as ``merge`` does, and for wishes about views that there
+    joins that nobody would have proposed. All other joins have to agree with those that are wished, and those that are
+    refused speak for and against nothing. Raises ``MapError`` as ``merge`` does, and for wishes about views that there
     are not.
     """
     maps = [maps] if isinstance(maps, Map) else list(maps)
@@ -60,14 +63,24 @@ def merge_maps(
     merged_before = maps and not maps[0].has_one_path
     merging = _Merging(beside(maps), maps[0].names if merged_before else (), settings or OverlapSettings())
     found = merging.found()
-    found, verdicts = merging.found_beside(found, merging.verdicts(found))
+    added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
+    own = [merging.wish(wish) for wish in added]
+    found, verdicts = merging.found_beside(found, merging.verdicts(found, wishes, own))
     decided = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
     told = [confirm(wished(decision, wishes)) for decision in decided]
-    for wish in merging.unasked(wishes, told):
-        found.append(merging.wish(wish))
-        told.append(wish)
+    a_persons = [
+        one.joined and (one.joined is not its.joined or wished(its, wishes) is not its)
+        for one, its in zip(told, decided, strict=True)
+    ]
+    found += own
+    told += [replace(wish, lengths=merging.decision(one, None).lengths) for wish, one in zip(added, own, strict=True)]
+    a_persons += [True] * len(own)
     joined = [one for one, decision in zip(found, told, strict=True) if decision.joined]
-    return Merged(merging.map(joined), tuple(told), tuple(found))
+    strained = merging.strained(joined)
+    against = [
+        decision for one, decision, own in zip(found, told, a_persons, strict=True) if own and _among(one, strained)
+    ]
+    return Merged(merging.map(joined), tuple(told), tuple(found), tuple(against))
 
 
 @dataclass(frozen=True)
@@ -95,6 +108,10 @@ class FoundOverlap:
         """The overlap as a join to be decided about."""
         alone = not self.overlap.doubt
         return CandidateJoin(self.one, self.other, self.views, self.overlap.evidence, alone, laid=self.laid)
+
+
+def _among(one: FoundOverlap, several: Sequence[FoundOverlap]) -> bool:
+    return any(one is each for each in several)
 
 
 def _lie(share: float) -> str:
@@ -216,12 +233,32 @@ class _Merging:
             more += [self._found(one, other, each) for each in search.beside(laid, its, joined)]
         return sorted(more, key=_in_order)
 
-    def verdicts(self, found: Sequence[FoundOverlap]) -> list[Verdict | None]:
-        """The word of all joins on each; None of those that are objected to, or that no odometry goes with."""
-        judged = [n for n, one in enumerate(found) if not one.overlap.objection and self._tracked(one.join)]
-        graph = self._graph([found[n].join for n in judged])
+    def verdicts(
+        self, found: Sequence[FoundOverlap], wishes: Sequence[Decision] = (), own: Sequence[FoundOverlap] = ()
+    ) -> list[Verdict | None]:
+        """The word of all joins on each; None of those that are objected to, or that no odometry goes with.
+
+        Those that ``wishes`` join, and a person's ``own``, are given; those that wishes refuse take no part.
+        """
+        wished_for = [next((w for w in wishes if w.about(self.decision(one, None))), None) for one in found]
+        given = [*(one for one, wish in zip(found, wished_for, strict=True) if wish and wish.joined), *own]
+        judged = [
+            n
+            for n, one in enumerate(found)
+            if not wished_for[n] and not one.overlap.objection and self._tracked(one.join)
+        ]
+        held = [replace(one.join, held=True, alone=True) for one in given if self._tracked(one.join)]
+        graph = self._graph([*held, *(found[n].join for n in judged)])
         verdicts = dict(zip(judged, graph.verdicts()[len(graph.candidates) - len(judged) :], strict=True))
         return [verdicts.get(n) for n in range(len(found))]
+
+    def strained(self, joined: Sequence[FoundOverlap]) -> list[FoundOverlap]:
+        """Those of some joins that add more to the squared errors of all than right ones do."""
+        tracked = [one for one in joined if self._tracked(one.join)]
+        graph = self._graph([one.join for one in tracked])
+        begin = len(graph.candidates) - len(tracked)
+        every = range(len(graph.candidates))
+        return [one for n, one in enumerate(tracked, begin) if graph.is_strained(n, every)]
 
     def _tracked(self, join: CandidateJoin) -> bool:
         return all(len(self._tracks[path]) for path in (join.one, join.other))
@@ -270,11 +307,22 @@ class _Merging:
             if not len(views):
                 raise MapError(f"views {first} to {last} of {name!r} are not there, or joined already")
             sides.append((self._rank(name), views, self._map.paths[self._number[name]].along[views]))
+        self._check_lengths(wish, sides[0][2], sides[1][2])
         (keeps, ours, at), (gives, theirs, along) = sorted(sides, key=lambda side: side[0])
         share = (at - at[0]) / max(float(np.ptp(at)), 1e-9)
         views = np.column_stack([ours, theirs[nearest(along, along[0] + share * np.ptp(along))]])
         overlap = Overlap(views, (float(np.ptp(at)), float(np.ptp(along))), {})
         return FoundOverlap(self._number[keeps[1]], self._number[gives[1]], views, overlap)
+
+    def _check_lengths(self, wish: Decision, at: NDArray[np.float64], along: NDArray[np.float64]) -> None:
+        """Raise ``MapError`` for a wish whose one side is far longer than the other, as the search would object to."""
+        length, its = float(np.ptp(at)), float(np.ptp(along))
+        if max(length, its) - SPACING > self._settings.stretched * min(length, its):
+            one, other = ("{0} to {1} of {2!r}".format(*views, name) for views, name in wish.sides)
+            raise MapError(
+                f"views {one} are {length:.1f} m, views {other} {its:.1f} m; valid to join are stretches of about one "
+                "length"
+            )
 
     def map(self, joined: Sequence[FoundOverlap]) -> Map:
         """The map with some overlaps joined, and the poses that all its joins give to its paths."""

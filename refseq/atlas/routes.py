@@ -9,6 +9,7 @@ again at a place, and on board of the next path through it.
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
@@ -76,11 +77,39 @@ def shortest_route(map_: Map, start: int, goal: int, *, change: float = CHANGE) 
         nodes = nx.dijkstra_path(_journeys(map_, change), start, goal)
     except nx.NetworkXNoPath:
         names = place_name(map_, start), place_name(map_, goal)
-        raise NoRouteError(f"no path leads from {names[0]} to {names[1]}: paths are driven one way only") from None
+        why = why_none(map_, start, goal)
+        raise NoRouteError(f"no path leads from {names[0]} to {names[1]}: {why}") from None
     positions = [n - len(map_) for n in nodes if n >= len(map_)]
     at = np.concatenate([map_.numbered(path) for path in map_.paths])
     places = [place for place, _ in groupby([start, *at[positions].tolist()])]
     return Route(np.array(places, np.intp), _legs(map_, nodes))
+
+
+def islands(map_: Map) -> tuple[tuple[str, ...], ...]:
+    """Paths of a map, by name, in groups between which no place is shared, the largest group first."""
+    graph = nx.Graph()
+    for number, path in enumerate(map_.paths):
+        graph.add_edges_from((number, f"place {place}") for place in map_.numbered(path).tolist())
+    parts = [sorted(node for node in part if isinstance(node, int)) for part in nx.connected_components(graph)]
+    names = [tuple(map_.paths[number].name for number in part) for part in parts]
+    return tuple(sorted(names, key=len, reverse=True))
+
+
+def why_none(map_: Map, start: int, goal: int) -> str:
+    """The reason why no route leads from a place to another."""
+    here, there = (next((g for g in islands(map_) if _runs_through(map_, g, at)), ()) for at in (start, goal))
+    if here == there:
+        return "paths are driven one way only"
+    return f"no place is shared by {_names(here)} and {_names(there)}"
+
+
+def _runs_through(map_: Map, group: Sequence[str], place: int) -> bool:
+    return any(place in map_.numbered(path) for path in map_.paths if path.name in group)
+
+
+def _names(group: Sequence[str]) -> str:
+    """Some paths by name, a few of many."""
+    return ", ".join(group[:3]) + (f" and {len(group) - 3} more" if len(group) > 3 else "")
 
 
 def place_of(map_: Map, name: str) -> int:

@@ -131,8 +131,9 @@ def merge(
     from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins, members
-    from refseq_bench.scenarios.maps.checks import check_agreeing, read_maps
+    from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
     from refseq_bench.scenarios.maps.joins_page import write_joins_page
+    from refseq_bench.scenarios.maps.merge_notes import merge_notes
     from refseq_bench.scenarios.maps.view_pictures import check_recordings
 
     check_output(output, write_decisions, page)
@@ -148,7 +149,9 @@ def merge(
     check_agreeing(wishes)
     wishes = members.newest(wishes, before)
     read = read_maps(files, wishes)
+    wishes = in_order(wishes, read)
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
+    check_made(merged.decisions, joins.BY_A_PERSON)
     if write_decisions is not None:
         joins.write_decisions(write_decisions, merged.decisions)
     if page is not None:
@@ -160,6 +163,8 @@ def merge(
     whole.save(output)
     if merged.decisions:
         out.print(joins.decision_table(merged.decisions))
+    for line in merge_notes(merged):
+        say(err, f"note: {line}")
     joined = sum(decision.joined for decision in merged.decisions)
     say(
         out,
@@ -325,7 +330,7 @@ def route(
     as_json: Json = False,
 ) -> None:
     """Find the shortest route between two places of a map; paths are driven one way only."""
-    from refseq.atlas.routes import NoRouteError, place_of, shortest_route
+    from refseq.atlas.routes import NoRouteError, place_of, shortest_route, why_none
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.routes import leg_table, route_in_words
 
@@ -335,7 +340,7 @@ def route(
         found = shortest_route(map_, *ends)
     except NoRouteError:
         # A place has as many names as paths run through it: say those that were asked for.
-        say(err, f"no path leads from {start} to {goal}: paths are driven one way only")
+        say(err, f"no path leads from {start} to {goal}: {why_none(map_, *ends)}")
         raise typer.Exit(BELOW) from None
     if as_json:
         print_json({"length_m": found.length, "places": found.places.tolist(), "legs": found.legs})

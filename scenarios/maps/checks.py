@@ -1,7 +1,6 @@
 """Maps to be merged and decisions about them, checked before any is merged."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from refseq.atlas.decision import Decision
@@ -63,7 +62,7 @@ def check_agreeing(decisions: Sequence[Decision]) -> None:
                 raise ScenarioError(
                     f"decisions: {in_words(one)} is joined and refused; valid is one decision about a stretch"
                 )
-    joins = [way for decision in decisions if decision.joined for way in (decision, _turned(decision))]
+    joins = [way for decision in decisions if decision.joined for way in (decision, decision.turned)]
     for refused in (decision for decision in decisions if not decision.joined):
         for first in (join for join in joins if join.one == refused.one and join.other != refused.other):
             for second in (join for join in joins if (join.one, join.other) == (first.other, refused.other)):
@@ -74,14 +73,24 @@ def check_agreeing(decisions: Sequence[Decision]) -> None:
                     )
 
 
+def in_order(decisions: Sequence[Decision], maps: Sequence[Map]) -> list[Decision]:
+    """Decisions with the path first that is merged first, whatever order they were made in."""
+    order = [path.name for one in maps for path in one.paths]
+    return [one if order.index(one.one) <= order.index(one.other) else one.turned for one in decisions]
+
+
+def check_made(decisions: Sequence[Decision], by_a_person: str) -> None:
+    """Raise ``ScenarioError`` where what was joined makes one of what a person refused.
+
+    ``by_a_person`` is the reason of a person's decisions: a machine that refuses a join may only know too little of it.
+    """
+    check_agreeing([one for one in decisions if one.joined or one.why == by_a_person])
+
+
 def in_words(decision: Decision) -> str:
     """The stretches of a decision."""
     sides = (decision.one, decision.first), (decision.other, decision.second)
     return " = ".join(f"{name} {first}-{last}" for name, (first, last) in sides)
-
-
-def _turned(decision: Decision) -> Decision:
-    return replace(decision, one=decision.other, other=decision.one, first=decision.second, second=decision.first)
 
 
 def _lead(first: Decision, second: Decision, to: Decision) -> bool:
@@ -100,18 +109,12 @@ def _lead(first: Decision, second: Decision, to: Decision) -> bool:
 
 
 def _check_views_of(decisions: Sequence[Decision], views: Mapping[str, int]) -> None:
-    """Tell of decisions that nothing would ever be decided by; ``views`` are those of each path, in their order."""
-    order = list(views)
+    """Tell of decisions that nothing would ever be decided by; ``views`` are those of each path."""
     for decision in decisions:
         if decision.one == decision.other and decision.first[1] >= decision.second[0]:
             raise ScenarioError(
                 f"decisions: {in_words(decision)} is one path that comes back to itself; valid is an earlier stretch, "
                 "then a later one"
-            )
-        if order.index(decision.one) > order.index(decision.other):
-            raise ScenarioError(
-                f"decisions: {decision.one!r} comes first in {decision.one!r} and {decision.other!r}; "
-                f"valid is {decision.other!r}, which is merged before it"
             )
         for name, (first, last) in ((decision.one, decision.first), (decision.other, decision.second)):
             if last >= views[name]:

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser
 from refseq.atlas.decision import Decision
 from refseq.atlas.merge import FoundOverlap, Merged, merge_maps
 from refseq.atlas.overlap import Overlap
-from refseq.atlas.routes import Leg, Route
+from refseq.atlas.routes import Leg, Route, islands
 from refseq.logs import RecordingWriter
 from refseq.map.learning import learn
 from refseq.map.map import Map, beside
@@ -27,7 +27,7 @@ from refseq_bench.scenarios.maps.joins import BY_A_PERSON, decision_table, read_
 from refseq_bench.scenarios.maps.joins_page import worst_first
 from refseq_bench.scenarios.maps.routes import leg_table
 from tests.refseq.rooms import named_maps
-from tests.scenarios.conftest import Refseq
+from tests.scenarios.conftest import Answer, Refseq
 from tests.support import corridor_drive
 
 SPACING = 0.85
@@ -337,6 +337,69 @@ def test_decisions_that_contradict_each_other_are_told(
     assert not (here / "x.refseq").exists()
 
 
+def decided(refseq: Refseq, here: Path, maps: str, *joins: Decision) -> Answer:
+    """Merge some maps by a person's decisions."""
+    write_decisions(here / "by-hand.toml", [replace(join, why=BY_A_PERSON) for join in joins])
+    names = [f"{name}.refseq" for name in maps.split()]
+    return refseq("map", "merge", *names, "-o", "by-hand.refseq", "--decisions", "by-hand.toml")
+
+
+def join(one: str, other: str, first: tuple[int, int], second: tuple[int, int], joined: bool = True) -> Decision:
+    return Decision(one, other, first, second, (0.0, 0.0), joined, BY_A_PERSON)
+
+
+def test_the_order_of_the_maps_does_not_matter_to_decisions(refseq: Refseq, here: Path) -> None:
+    assert decided(refseq, here, "east west", join("west", "east", (16, 27), (0, 11), joined=False)).code == 0
+    assert len(Map.load(here / "by-hand.refseq")) == 56
+    odd = (join("west", "east", (16, 27), (0, 11)), join("east", "west", (2, 4), (18, 20), joined=False))
+    answer = decided(refseq, here, "west east", *odd)
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == (
+        "error: decisions: east 2-4 = west 18-20 is joined and refused; valid is one decision about a stretch\n"
+    )
+
+
+def test_what_a_person_says_is_taken_and_what_speaks_against_it_told(refseq: Refseq, here: Path) -> None:
+    """Views 16 to 27 of the west are 0 to 11 of the east; a person says that 18 to 27 are 18 to 27."""
+    answer = decided(refseq, here, "west east", join("west", "east", (18, 27), (18, 27)))
+    assert answer.code == 0
+    rows = [line.split() for line in answer.out.splitlines() if line.split()[:1] in (["joined"], ["refused"])]
+    assert [row[0] for row in rows] == ["refused", "joined"], "the machine's join yields to a person's"
+    assert rows[1][2] == rows[1][4] == "18-27"
+    assert answer.err == ""
+    # Two joins of one stretch to two others: both are a person's, and odometry has a word to say.
+    answer = decided(
+        refseq, here, "west east", join("west", "east", (18, 27), (18, 27)), join("west", "east", (18, 27), (0, 9))
+    )
+    assert answer.code == 0
+    told = "is joined as a person says, though odometry and the other joins contradict it"
+    assert f"note: west 18-27 = east 18-27 {told}" in answer.err.splitlines()
+
+
+def test_a_stretch_is_not_joined_to_one_of_another_length(refseq: Refseq, here: Path) -> None:
+    (here / "by-hand.refseq").unlink(missing_ok=True)
+    answer = decided(refseq, here, "west east", join("west", "east", (0, 20), (20, 22)))
+    assert (answer.code, answer.out) == (2, "")
+    told = "views 0 to 20 of 'west' are 17.0 m, views 20 to 22 of 'east' 1.7 m"
+    assert answer.err == f"error: {told}; valid to join are stretches of about one length\n"
+    assert not (here / "by-hand.refseq").exists()
+
+
+def test_what_a_person_refuses_is_not_made_one_by_the_machines_joins(refseq: Refseq, here: Path, third: Path) -> None:
+    (here / "by-hand.refseq").unlink(missing_ok=True)
+    answer = decided(refseq, here, "west east middle", join("west", "middle", (12, 27), (2, 17), joined=False))
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert re.match(r"error: decisions: west \S+ = middle \S+ is refused, but west \S+ = east \S+ and east", answer.err)
+    assert not (here / "by-hand.refseq").exists()
+
+
+def test_parts_that_nothing_joins_are_told(refseq: Refseq, here: Path) -> None:
+    answer = decided(refseq, here, "west east", join("west", "east", (16, 27), (0, 11), joined=False))
+    assert answer.err == "note: 2 parts that share no place, no route leads from one to another: west; east\n"
+    assert islands(Map.load(here / "by-hand.refseq")) == (("west",), ("east",))
+    assert islands(Map.load(here / "atlas.refseq")) == (("west", "east"),)
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -398,7 +461,6 @@ def test_one_corrupt_map_among_eight_is_named_and_nothing_is_written(
         ("west", "east", (100, 120), (0, 5), "'west' has no views 100 to 120; valid are 0 to 27"),
         ("west", "east", (20, 28), (0, 5), "'west' has no views 20 to 28; valid are 0 to 27"),
         ("west", "east", (0, 5), (7, 10**15), "'east' has no views 7 to 1" + 15 * "0" + "; valid are 0 to 27"),
-        ("east", "west", (0, 5), (0, 5), "'east' comes first in 'east' and 'west'; valid is 'west', which is merged"),
         ("west", "west", (0, 9), (9, 15), "west 0-9 = west 9-15 is one path that comes back to itself; valid is an "),
     ],
 )
@@ -547,7 +609,8 @@ def test_where_nothing_leads_the_exit_code_is_one(
     refseq: Refseq, here: Path, atlas: str, start: str, goal: str
 ) -> None:
     answer = refseq("map", "route", f"{atlas}.refseq", start, goal)
-    assert answer == (1, "", f"no path leads from {start} to {goal}: paths are driven one way only\n")
+    why = "no place is shared by west and east" if atlas == "apart" else "paths are driven one way only"
+    assert answer == (1, "", f"no path leads from {start} to {goal}: {why}\n")
 
 
 @pytest.mark.parametrize(

@@ -160,7 +160,9 @@ def test_what_is_doubtful_is_told_once(refseq: Refseq, here: Path) -> None:
 def test_a_scenarios_log_is_refused_alike(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(DATA, str(here))
     assert len(read_real(Log("drive.mcap", truth="right.csv")).views) == 120
-    with pytest.raises(ScenarioError, match=r"another-drive\.csv: tells another way: .* of drive\.mcap does; valid are"):
+    with pytest.raises(
+        ScenarioError, match=r"another-drive\.csv: tells another way: .* of drive\.mcap does; valid are"
+    ):
         read_real(Log("drive.mcap", truth="another-drive.csv"))
 
 
