@@ -13,7 +13,7 @@ from refseq.atlas.consistency import CandidateJoin, JoinGraph, LaidPairs, Verdic
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
 from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import SPACING, LaidViews, Overlap, OverlapSettings, PairSearch
-from refseq.atlas.scans import LaidScans, ScannedPath, laid_on
+from refseq.atlas.scans import LaidScans, ScannedPath, laid_on, scale_between
 from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
 from refseq.errors import MapError
 from refseq.map.map import Map, beside, check_is_map
@@ -165,6 +165,9 @@ class _Merging:
         if found.overlap.objection or one is None or other is None:
             return found
         laid = laid_on(one, other, found.views, self._settings.alike)
+        if not found.is_loop and (scale := scale_between(*found.overlap.lengths)):
+            scaled = laid_on(one, other.scaled(scale), found.views, self._settings.alike)
+            laid = max(laid, scaled, key=lambda each: each.share)
         if laid.share < self._settings.alike or not len(laid.pairs):
             overlap = replace(found.overlap, alike=laid.share, objection=f"its scans {_lie(laid.share)}")
             return replace(found, overlap=overlap)
@@ -318,7 +321,7 @@ class _Merging:
         """Raise ``MapError`` for a wish whose one side is far longer than the other, as the search would object to."""
         length, its = float(np.ptp(at)), float(np.ptp(along))
         if max(length, its) - SPACING > self._settings.stretched * min(length, its):
-            one, other = ("{0} to {1} of {2!r}".format(*views, name) for views, name in wish.sides)
+            one, other = (f"{first} to {last} of {name!r}" for (first, last), name in wish.sides)
             raise MapError(
                 f"views {one} are {length:.1f} m, views {other} {its:.1f} m; valid to join are stretches of about one "
                 "length"

@@ -30,6 +30,22 @@ NEAR = 1.0
 STAYS = 0.01
 """Share of the scans that a metre of shift has to bring: along a bare corridor all shifts are as good."""
 
+LONG = 15.0
+"""Stretches from so many metres on tell how two odometers' scales go together: a view more or less is 6 % of them."""
+RESCALED = (0.05, 0.25)
+"""Odometers that tell lengths of a stretch as far apart as this, by their logarithm, have other scales: less is a view
+more or less at its ends, and more no odometer is off by."""
+
+
+def scale_between(length: float, its: float) -> float | None:
+    """Scale that makes an odometer's length of a stretch that of another [m]; None where they tell the same, or little.
+
+    It is that of the stretch as views were matched: no other scale is tried, as more freedom lays more on each other.
+    """
+    if min(length, its) < LONG or not RESCALED[0] <= abs(np.log(length / its)) <= RESCALED[1]:
+        return None
+    return length / its
+
 
 @dataclass(frozen=True)
 class ScannedPath:
@@ -42,6 +58,10 @@ class ScannedPath:
     def of(cls, track: NDArray[np.float64], scans: NDArray[np.uint16]) -> "ScannedPath | None":
         """A path by its odometry and scans [cm]; None where one of them is not known."""
         return cls(track, scans / 100.0) if len(track) and len(track) == len(scans) else None
+
+    def scaled(self, scale: float) -> "ScannedPath":
+        """The same path by an odometer of another scale."""
+        return ScannedPath(self.track * [scale, scale, 1.0], self.ranges)
 
     @cached_property
     def _scans(self) -> dict[int, ScanWalls]:

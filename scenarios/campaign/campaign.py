@@ -107,7 +107,7 @@ class _Plan:
 
 
 def _plan(case: Case) -> _Plan:
-    """The plan of a case. Raises ``AbsentError``: keys are reckoned here, for which real recordings have to be there."""
+    """The plan of a case. Raises ``AbsentError``: for its keys real recordings have to be there."""
     questions = tasks_of(case)
     return _Plan(case, questions, frozenset(one.key for one in distinct(_all_of(questions))))
 

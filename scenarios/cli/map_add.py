@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli.terminal.console import out, print_json
+from refseq_bench.scenarios.cli.terminal.console import err, out, print_json
 from refseq_bench.scenarios.cli.terminal.options import (
     LOG_KINDS,
     Json,
@@ -44,6 +44,7 @@ def add(
 ) -> None:
     """Let a map grow by a later drive along its paths: what was not recognised well is kept of it."""
     from refseq.map.growth.adding import GrowthSettings, add_drive
+    from refseq_bench.scenarios.maps.merge_notes import STRETCHED
     from refseq_bench.scenarios.maps.sizes import size_of
 
     target = output or map_file
@@ -54,6 +55,9 @@ def add(
     grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
     if not grown.known or output is not None:
         grown.map.save(target)
+    if abs(grown.stretch - 1) > STRETCHED:
+        told = f"shows {grown.stretch:.2f} m for each metre of the map's: one of them has another scale"
+        say(err, f"note: the odometry of {drive_file.name} {told}")
     before, after = size_of(map_), size_of(grown.map)
     if as_json:
         print_json(

@@ -163,7 +163,7 @@ def merge(
     whole.save(output)
     if merged.decisions:
         out.print(joins.decision_table(merged.decisions))
-    for line in merge_notes(merged):
+    for line in merge_notes(merged, read):
         say(err, f"note: {line}")
     joined = sum(decision.joined for decision in merged.decisions)
     say(

@@ -152,9 +152,8 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
     if assumed:
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
     # What beliefs were made of, `localise` has said: it may have been noisy.
-    if selection.times is None and not assumed:
-        truth = selection.truth or f"{source.path}: its truth"
-        check_truth(plan.views, truth, source.path.name, given=selection.truth is not None)
+    if selection.truth is not None and selection.times is None and not assumed:
+        check_truth(plan.views, selection.truth, source.path.name)
     if selection.noise_seed is None and selection.times is None and repeats_odometry(plan.views):
         logging.getLogger(__name__).warning(
             "%s: its true poses are its odometry told twice; a score says how odometry agrees, unless a map corrected "

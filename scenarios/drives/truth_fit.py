@@ -16,15 +16,15 @@ from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 
 PIECES = (5.0, 20.0)
-"""The way is compared in pieces of so many metres by odometry, and those count that fit better: odometry drifts over long
-ones, and positions by satellite tremble over short ones."""
+"""The way is compared in pieces of so many metres by odometry, and those count that fit better: odometry drifts over
+long ones, and positions by satellite tremble over short ones."""
 OFF, TURNED = 0.3, np.radians(30.0)
 """A piece fits whose end the truth puts no farther from where odometry does than this share of its length, and whose
 turn is no other by more than this [rad]. Of the raw logs of fr079, ACES and MIT CSAIL 95 to 97 % of the pieces fit."""
 FEWEST = 4
 """Pieces below which nothing is told."""
 REFUSED, DOUBTED = 0.65, 0.8
-"""A truth of which a lesser share of the pieces fits is refused, or told of. A mirrored way fits where it is straight."""
+"""A truth of which a lesser share of pieces fits is refused, or told of. A mirrored way fits where it is straight."""
 STRETCHED = 0.08
 """Share by which odometry and truth may differ in length; the raw logs differ by 1 to 5 %."""
 ASIDE = np.radians(45.0)
@@ -139,18 +139,18 @@ def truth_doubt(views: Sequence[View], truth: str, drive: str) -> TruthDoubt | N
     return None
 
 
-def check_truth(views: Sequence[View], truth: str, drive: str, *, given: bool) -> None:
-    """Refuse a truth that was ``given`` beside a drive and tells another way; what is doubtful is a warning.
+def check_truth(views: Sequence[View], truth: str, drive: str) -> None:
+    """Refuse a truth, given beside a drive, that tells another way; what is doubtful is a warning.
 
-    A log's own truth is never refused. Raises ``ScenarioError``.
+    Raises ``ScenarioError``.
     """
     doubt = truth_doubt(views, truth, drive)
-    if doubt and doubt.refused and given:
+    if doubt and doubt.refused:
         raise ScenarioError(doubt.told)
     if doubt:
         _warn(doubt.told)
     known = sum(view.truth is not None for view in views)
-    if given and 0 < known < KNOWN * len(views):
+    if 0 < known < KNOWN * len(views):
         _warn(f"{truth}: has true poses of {known} of the {len(views)} views of {drive}; the others are not scored")
 
 

@@ -1,27 +1,38 @@
-"""What somebody who merged maps should know of the result: parts that nothing joins, odometers' scales, strained joins."""
+"""Notes about a merged map: parts that nothing joins, odometers of other scales, joins that others contradict."""
 
 from collections.abc import Iterator, Sequence
 
 from refseq.atlas.decision import Decision
 from refseq.atlas.merge import Merged
 from refseq.atlas.routes import islands
+from refseq.atlas.scans import LONG
+from refseq.map.growth.adding import ROBOT
+from refseq.map.map import Map
 from refseq_bench.scenarios.maps.checks import in_words
 
-LONG = 15.0
-"""Stretches from so many metres on tell how odometers' scales go together: a view more or less is 6 % of it."""
 STRETCHED = 0.07
-"""Share by which two odometers may differ in length; more is told. Those of the bench's robots differ by 2 % at most."""
+"""Share by which two odometers may differ in length; more is told. Those of our robots differ by 2 %."""
 
 
-def merge_notes(merged: Merged) -> list[str]:
-    """Notes about a merged map, a line each."""
-    return [*_parts(islands(merged.map)), *_scales(merged.decisions), *_strained(merged.strained)]
+def merge_notes(merged: Merged, maps: Sequence[Map]) -> list[str]:
+    """Notes about a map that was merged of others, a line each."""
+    return [*_parts(islands(merged.map)), *_robots(maps), *_scales(merged.decisions), *_strained(merged.strained)]
 
 
 def _parts(parts: Sequence[Sequence[str]]) -> Iterator[str]:
     if len(parts) > 1:
         told = "; ".join(", ".join(part) for part in parts)
         yield f"{len(parts)} parts that share no place, no route leads from one to another: {told}"
+
+
+def _robots(maps: Sequence[Map]) -> Iterator[str]:
+    found: dict[str, list[str]] = {}
+    for name, sequence in ((name, its) for one in maps for name, its in zip(one.names, one.sequences, strict=True)):
+        if robot := sequence.metadata.get(ROBOT):
+            found.setdefault(robot, []).append(name)
+    if len(found) > 1:
+        told = "; ".join(f"{', '.join(names)} by {robot}" for robot, names in found.items())
+        yield f"drives of several robots, whose sensors stand elsewhere, so that fewer joins may be found: {told}"
 
 
 def _scales(decisions: Sequence[Decision]) -> Iterator[str]:

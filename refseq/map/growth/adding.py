@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from refseq.map.growth.hindsight import SeenView, seen_drive
 from refseq.map.growth.record import AddedDrive, digest_of
 from refseq.map.map import Map, check_is_map
 from refseq.map.matcher import Features
+from refseq.map.poses_beside import ALIKE, PosesBeside
 from refseq.map.profile import Matching
 from refseq.map.reduction import without_unseen
 from refseq.map.sequence import ReferenceSequence
@@ -22,6 +24,10 @@ from refseq.view import View
 
 ROBOT = "robot"
 """Key of a drive's metadata that names its robot."""
+FEWEST = 4
+"""Fewer scans tell nothing of a drive's walls."""
+LONG, STEP = 15.0, 3.0
+"""An odometer's scale is told by so many metres of a path at least, in steps of at most so many from view to view [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +37,21 @@ class GrowthSettings:
     A view is *placed* where the probability in hindsight of being within ``near`` [m] of its best place is at least
     ``sure``. It was recognised well where it found that by itself with at least ``well``, and the views up to it
     together with at least ``sure``. A drive of less than ``least`` [m], or of which less than the share ``placed`` of
-    the views is placed, is refused. A place has at most ``most`` further experiences.
+    the views is placed, is refused; so is one of which less than the share ``walls`` of the placed views shows the walls
+    of their places, where the map keeps scans. A place has at most ``most`` further experiences.
     """
 
     near: float = 1.5
     sure: float = 0.9
     well: float = 0.5
     placed: float = 0.25
+    walls: float = 0.6
     least: float = 3.0
     most: int = 3
 
     def __post_init__(self) -> None:
         """Raise ``MapError`` for shares that are none, and for less than one experience a place."""
-        for name in ("sure", "well", "placed"):
+        for name in ("sure", "well", "placed", "walls"):
             if not 0 <= (share := getattr(self, name)) <= 1:
                 raise MapError(f"{name} is {share}; valid is a share from 0 to 1")
         if self.most < 1:
@@ -55,7 +63,8 @@ class Grown:
     """A map after a drive was added: how many of its ``views`` were ``placed``, and which were ``kept``.
 
     ``kept`` are pairs of a view and its place, counted through all sequences. Of the experiences before, ``forgotten``
-    made room. ``known`` is True where the drive had been added before: the map is then the one that it was.
+    made room. ``known`` is True where the drive had been added before: the map is then the one that it was. The drive's
+    odometer showed ``stretch`` metres for each of the map's, nan where it came too little along a path to tell.
     """
 
     map: Map
@@ -64,6 +73,7 @@ class Grown:
     kept: tuple[tuple[int, int], ...] = ()
     forgotten: int = 0
     known: bool = False
+    stretch: float = np.nan
 
 
 def add_drive(
@@ -97,6 +107,7 @@ def add_drive(
             f"the drive has {len(drive)} views, of which {len(placed)} are found on the map; valid is a drive along "
             f"its paths of which at least {rules.placed:.0%} are, in light that is not too far from what it knows"
         )
+    _check_walls(map_, drive, placed, rules)
     kept = _worth_keeping(placed)
     growth = [
         _grown(sequence, first, drive, placed, kept, rules.most)
@@ -106,7 +117,8 @@ def add_drive(
     record = replace(map_.grown, drives=(*map_.grown.drives, added))
     larger = replace(map_, sequences=tuple(one.sequence for one in growth), grown=record)
     pairs = tuple((view.number, view.place) for view in kept)
-    return Grown(larger, added, len(placed), pairs, sum(one.forgotten for one in growth))
+    forgotten = sum(one.forgotten for one in growth)
+    return Grown(larger, added, len(placed), pairs, forgotten, stretch=_stretch(map_, drive, placed))
 
 
 def check_map(map_: Map) -> None:
@@ -135,6 +147,21 @@ def check_drive(map_: Map, views: Sequence[View], metadata: Mapping[str, str], r
         raise MapError(f"the drive has {count} over {length:.1f} m; valid is a way of {rules.least:g} m")
 
 
+def _check_walls(map_: Map, drive: Sequence[View], placed: Sequence["_PlacedView"], rules: GrowthSettings) -> None:
+    """Raise ``MapError`` for a drive between other walls: to words a corridor looks like one of another building."""
+    poses = PosesBeside(map_)
+    lying = []
+    for view in placed:
+        poses.take(usable(drive[view.number]).scan)
+        if (fit := poses.fit(view.place)) is not None:
+            lying.append(fit.share >= ALIKE)
+    if len(lying) >= FEWEST and np.mean(lying) < rules.walls:
+        raise MapError(
+            f"the drive has {len(drive)} views, of which {len(placed)} look like places of the map, but {sum(lying)} "
+            f"of {len(lying)} lie on their walls; valid is a drive along its paths of which at least {rules.walls:.0%} do"
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class _PlacedView:
     """A view of the drive by its number, and its place, counted through; ``sure`` [0, 1] of being there."""
@@ -158,6 +185,20 @@ def _placed(map_: Map, seen: Sequence[SeenView], rules: GrowthSettings) -> list[
             well = alone >= rules.well and online >= rules.sure
             found.append(_PlacedView(number, place, float(view.hindsight[place]), well))
     return found
+
+
+def _stretch(map_: Map, drive: Sequence[View], placed: Sequence[_PlacedView]) -> float:
+    """Metres of the drive's odometer for each of the map's, from placed view to placed view along one path."""
+    ways = np.cumsum([0.0, *(abs(view.distance) for view in drive[1:])])
+    along: list[dict[int, float]] = []
+    for path in map_.paths:
+        along.append(dict(zip(map_.numbered(path).tolist(), path.along.tolist(), strict=True)))
+    ours, theirs = 0.0, 0.0
+    for one, other in pairwise(placed):
+        on = next((at for at in along if one.place in at and other.place in at), None)
+        if on is not None and 0 <= (step := on[other.place] - on[one.place]) <= STEP:
+            ours, theirs = ours + step, theirs + float(ways[other.number] - ways[one.number])
+    return theirs / ours if ours >= LONG else np.nan
 
 
 @dataclass

@@ -82,7 +82,7 @@ def _read_log(log: Log, path: Path, truth: Path | None = None) -> Recording:
     plan = plan_views(open_log(path), PairingOptions(truth=None if truth is None else read_trajectory(truth)))
     plan = plan.between(stretch(log.views, len(plan), path))
     if truth is not None:
-        check_truth(plan.views, str(truth), path.name, given=True)
+        check_truth(plan.views, str(truth), path.name)
     if log.noise is not None:
         plan = plan.with_noise(np.random.default_rng(log.noise))
     recording = (plan.thinned(log.thin) if log.thin else plan).recording()

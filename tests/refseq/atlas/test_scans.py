@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from refseq.atlas.scans import ScannedPath, laid_on, windows
+from refseq.atlas.scans import ScannedPath, laid_on, scale_between, windows
 from refseq.planar import Pose
 from refseq.pose_graph import motions_between
 from refseq.scan_matching.panorama import panorama
@@ -51,6 +51,19 @@ def test_an_alignment_that_slid_is_put_right(slide: int) -> None:
     assert laid.share > 0.99
     assert len(laid.pairs) >= 6
     assert (laid.pairs[:, 0] == laid.pairs[:, 1]).all()
+
+
+def test_an_odometer_of_another_scale_lays_scans_as_well() -> None:
+    one, other = driven(CORRIDOR, 8.0), driven(CORRIDOR, 8.0).scaled(1.2)
+    assert laid_on(one, other, PAIRS, 0.87).share < laid_on(one, other.scaled(1 / 1.2), PAIRS, 0.87).share
+    assert laid_on(one, other.scaled(1 / 1.2), PAIRS, 0.87).share > 0.999
+
+
+def test_a_scale_is_told_by_long_stretches_and_within_reason() -> None:
+    assert scale_between(22.0, 24.2) == pytest.approx(1 / 1.1)
+    assert scale_between(24.2, 22.0) == pytest.approx(1.1)
+    for lengths in ((22.0, 22.8), (10.0, 11.0), (22.0, 44.0), (0.0, 0.0)):
+        assert scale_between(*lengths) is None
 
 
 def test_a_way_back_does_not_lie_on_the_way_there() -> None:

@@ -304,6 +304,21 @@ def test_the_same_drive_twice_is_joined_whole(refseq: Refseq, here: Path) -> Non
     assert np.abs(map_.held_by[28:] - map_.held_by[:28]).max() <= 1
 
 
+def test_an_odometer_of_another_scale_and_another_robot_are_told(refseq: Refseq, here: Path) -> None:
+    drive = corridor_drive(np.random.default_rng(1), count=28, spacing=SPACING, size=96)
+    longer = [replace(view, distance=1.1 * view.distance) for view in drive]
+    learn(longer, profile=BEST, metadata={"robot": "robuter"}).save(here / "longer.refseq")
+    learn(drive, profile=BEST, metadata={"robot": "segway_rmp"}).save(here / "shorter.refseq")
+    answer = refseq("map", "merge", "shorter.refseq", "longer.refseq", "-o", "both.refseq")
+    assert answer.code == 0
+    assert len(Map.load(here / "both.refseq")) <= 28 + 2, "absorbed"
+    assert len(answer.err.splitlines()) == 2, answer
+    scale, robots = sorted(answer.err.splitlines(), key=len)
+    assert scale.startswith("note: the odometry of longer shows 1.10 m for each metre by that of shorter (shorter ")
+    told = "so that fewer joins may be found: shorter by segway_rmp; longer by robuter"
+    assert robots == f"note: drives of several robots, whose sensors stand elsewhere, {told}"
+
+
 @pytest.mark.parametrize(
     ("decisions", "told"),
     [

@@ -94,7 +94,7 @@ def test_a_truth_of_another_drive_or_with_other_columns_does_not(wrong: str, see
 
 @pytest.mark.parametrize("seed", range(20))
 def test_a_mirrored_way_is_told_of_at_least(seed: int) -> None:
-    """It goes as the right one does between corners, and where x and y are swapped, along corridors of one direction."""
+    """It goes as the right one between corners, and where x and y are swapped, along corridors of one direction."""
     views = drive(seed)
     for wrong in (poses(views)[:, [1, 0, 2]], poses(views) * [1, -1, -1]):
         assert truth_doubt(with_truth(views, wrong), "t.csv", "drive.mcap") is not None
@@ -103,7 +103,7 @@ def test_a_mirrored_way_is_told_of_at_least(seed: int) -> None:
 
 def test_a_sensor_that_looks_aside_fits_and_its_angle_is_told() -> None:
     views = drive()
-    fit = truth_fit(with_truth(views, poses(views) + [0, 0, np.pi / 2]))
+    fit = truth_fit(with_truth(views, poses(views) + np.array([0, 0, np.pi / 2])))
     assert fit is not None
     assert fit.share == 1
     assert fit.aside == pytest.approx(-np.pi / 2)

@@ -11,7 +11,7 @@ from refseq.atlas.merge import merge_maps
 from refseq.map.growth.adding import Grown, GrowthSettings
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
-from refseq.view import LASER, View
+from refseq.view import LASER, Scan, View
 from tests.refseq.rooms import without
 from tests.support import corridor_drive
 
@@ -61,6 +61,30 @@ def test_what_was_not_recognised_is_kept_at_its_place_and_then_is(map_: Map, gro
     assert found_alone(grown.map, drive(3)) >= len(CHANGED) - 1, "what was learnt first is not lost"
     assert len(grown.map) == len(map_)
     assert len(map_.grown.drives) == 0, "the map given stays as it is"
+
+
+def stretched(views: Sequence[View], scale: float) -> list[View]:
+    """A drive by an odometer of another scale."""
+    return [replace(view, distance=view.distance * scale) for view in views]
+
+
+@pytest.mark.parametrize("scale", [0.9, 1.0, 1.1])
+def test_an_odometer_of_another_scale_is_absorbed_and_told(map_: Map, scale: float) -> None:
+    added = add_drive(map_, stretched(drive(2), scale))
+    assert added.placed >= 0.8 * COUNT
+    assert added.stretch == pytest.approx(scale, abs=0.03)
+
+
+def test_a_drive_between_other_walls_is_refused_though_it_looks_alike() -> None:
+    map_ = learn(drive(1), profile=BEST, name="way")
+    assert add_drive(map_, drive(2)).placed >= 0.8 * COUNT
+    hall = Scan(np.full(361, 6.0, np.float32))  # half a ring of 12 m: as wide a corridor there is none
+    elsewhere = [replace(view, scan=hall) for view in drive(2)]
+    anywhere = GrowthSettings(placed=0.0, sure=0.0)
+    with pytest.raises(
+        MapError, match=r"views, of which 44 look like places of the map, but 0 of \d+ lie on their walls"
+    ):
+        add_drive(map_, elsewhere, settings=anywhere)
 
 
 def test_the_same_drive_adds_nothing_the_second_time(grown: Grown) -> None:

@@ -87,7 +87,7 @@ def test_bad_dial_is_one_line(wanted: str, line: str, tmp_path: Path) -> None:
 
 
 def test_dial_that_is_named_twice_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="^--dial 'width=2:3': width is named twice; valid is once$"):
+    with pytest.raises(ScenarioError, match=r"^--dial 'width=2:3': width is named twice; valid is once$"):
         selected_dials(case_in(tmp_path), ["width", "width=2:3"])
 
 
