@@ -27,7 +27,7 @@ ROBOT = "robot"
 FEWEST = 4
 """Fewer scans tell nothing of a drive's walls."""
 LONG, STEP = 15.0, 3.0
-"""An odometer's scale is told by so many metres of a path at least, in steps of at most so many from view to view [m]."""
+"""An odometer's scale is told by so many metres of a path at least, in steps of at most so many each [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +37,8 @@ class GrowthSettings:
     A view is *placed* where the probability in hindsight of being within ``near`` [m] of its best place is at least
     ``sure``. It was recognised well where it found that by itself with at least ``well``, and the views up to it
     together with at least ``sure``. A drive of less than ``least`` [m], or of which less than the share ``placed`` of
-    the views is placed, is refused; so is one of which less than the share ``walls`` of the placed views shows the walls
-    of their places, where the map keeps scans. A place has at most ``most`` further experiences.
+    the views is placed, is refused; so is one of which less than the share ``walls`` of the placed views shows the
+    walls of their places, where the map keeps scans. A place has at most ``most`` further experiences.
     """
 
     near: float = 1.5
@@ -157,8 +157,8 @@ def _check_walls(map_: Map, drive: Sequence[View], placed: Sequence["_PlacedView
             lying.append(fit.share >= ALIKE)
     if len(lying) >= FEWEST and np.mean(lying) < rules.walls:
         raise MapError(
-            f"the drive has {len(drive)} views, of which {len(placed)} look like places of the map, but {sum(lying)} "
-            f"of {len(lying)} lie on their walls; valid is a drive along its paths of which at least {rules.walls:.0%} do"
+            f"the drive has {len(drive)} views, of which {len(placed)} look like places of the map, but {sum(lying)} of "
+            f"{len(lying)} lie on their walls; valid is a drive along its paths of which {rules.walls:.0%} do at least"
         )
 
 
