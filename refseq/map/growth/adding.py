@@ -157,7 +157,7 @@ def _check_walls(map_: Map, drive: Sequence[View], placed: Sequence["_PlacedView
             lying.append(fit.share >= ALIKE)
     if len(lying) >= FEWEST and np.mean(lying) < rules.walls:
         raise MapError(
-            f"the drive has {len(drive)} views, of which {len(placed)} look like places of the map, but {sum(lying)} of "
+            f"the drive has {len(drive)} views, of which {len(placed)} look like places of it, but {sum(lying)} of "
             f"{len(lying)} lie on their walls; valid is a drive along its paths of which {rules.walls:.0%} do at least"
         )
 
@@ -190,9 +190,7 @@ def _placed(map_: Map, seen: Sequence[SeenView], rules: GrowthSettings) -> list[
 def _stretch(map_: Map, drive: Sequence[View], placed: Sequence[_PlacedView]) -> float:
     """Metres of the drive's odometer for each of the map's, from placed view to placed view along one path."""
     ways = np.cumsum([0.0, *(abs(view.distance) for view in drive[1:])])
-    along: list[dict[int, float]] = []
-    for path in map_.paths:
-        along.append(dict(zip(map_.numbered(path).tolist(), path.along.tolist(), strict=True)))
+    along = [dict(zip(map_.numbered(path).tolist(), path.along.tolist(), strict=True)) for path in map_.paths]
     ours, theirs = 0.0, 0.0
     for one, other in pairwise(placed):
         on = next((at for at in along if one.place in at and other.place in at), None)

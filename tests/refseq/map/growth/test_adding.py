@@ -82,7 +82,7 @@ def test_a_drive_between_other_walls_is_refused_though_it_looks_alike() -> None:
     elsewhere = [replace(view, scan=hall) for view in drive(2)]
     anywhere = GrowthSettings(placed=0.0, sure=0.0)
     with pytest.raises(
-        MapError, match=r"views, of which 44 look like places of the map, but 0 of \d+ lie on their walls"
+        MapError, match=r"views, of which 44 look like places of it, but 0 of \d+ lie on their walls"
     ):
         add_drive(map_, elsewhere, settings=anywhere)
 
