@@ -43,7 +43,7 @@ class LogRatioSettings:
     views: int = 400
     scores: int = 200_000
     scans: int = 0
-    scans_alone: int = 6
+    scans_alone: int = 0
     geometry: int = 0
 
     def __post_init__(self) -> None:
