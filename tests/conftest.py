@@ -1,5 +1,6 @@
 """What holds for all tests."""
 
+import gc
 import os
 import signal
 import uuid
@@ -9,6 +10,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from refseq.features.memory import DescriptionMemory, described_once
 
 # An example may take long for the first time, or on a busy machine: no test asserts a time on the wall clock.
 # Each run draws other examples: many runs of a few find what one of many does. The nightly one draws many.
@@ -20,6 +23,33 @@ settings.load_profile("quick")
 # tests start and interrupt would go on.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# Collecting makes millions of objects that all stay: looking for garbage among them meanwhile is a seventh of its time.
+gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage again, and no more among what collecting has made."""
+    gc.freeze()
+    gc.enable()
+
+
+TESTS = Path(__file__).parent
+DESCRIBED_ANEW = ("benchmarks", "contract", "refseq/features", "robustness")
+"""Tests that are about describing a picture itself: its repeatability, its time, its words."""
+MEMORY = DescriptionMemory()
+"""Of this process: most tests drive through the same corridor, whose pictures take longer than all that follows."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def pictures_are_described_once(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Remember what a picture was described as, from test to test, as a campaign does from method to method."""
+    if request.path.relative_to(TESTS).as_posix().startswith(DESCRIBED_ANEW):
+        yield
+    else:
+        with described_once(MEMORY):
+            yield
 
 
 @pytest.fixture(scope="session", autouse=True)

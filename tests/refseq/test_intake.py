@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -232,7 +233,7 @@ def test_what_gives_no_views_is_refused_wherever_views_are_taken(views: Any, tol
     with pytest.raises(ViewError) as caught:
         list(each_view(views))
     assert str(caught.value) == told
-    for taken in (learn, lambda given: localise(MAP, given), lambda given: add_drive(BEST, given)):
+    for taken in (learn, lambda given: localise(learnt(), given), lambda given: add_drive(learnt("best"), given)):
         with pytest.raises(ViewError, match=r"^(the views are|view [01] is) a "):
             taken(views)
 
@@ -288,7 +289,7 @@ def test_a_map_that_could_not_be_read_again_is_not_learnt(change: dict[str, Any]
 def test_a_recording_serves_wherever_views_do() -> None:
     recording = Recording(tuple(walk()))
     assert learn(recording).to_bytes() == learn(walk()).to_bytes()
-    assert len(localise(MAP, recording)[Stage.CHAIN]) == 6
+    assert len(localise(learnt(), recording)[Stage.CHAIN]) == 6
 
 
 def test_ranges_of_a_list_are_learnt_as_those_of_an_array() -> None:
@@ -298,13 +299,13 @@ def test_ranges_of_a_list_are_learnt_as_those_of_an_array() -> None:
 
 def test_one_name_serves_for_a_list_of_one() -> None:
     assert learn(walk(), sensors="front", features="sift").sensors == {"front"}
-    one, all_ = (Localiser(MAP, sensors=given).update(walk()[2]) for given in ("front", ["front"]))
+    one, all_ = (Localiser(learnt(), sensors=given).update(walk()[2]) for given in ("front", ["front"]))
     assert one.places.tobytes() == all_.places.tobytes()
 
 
 @pytest.mark.parametrize("stage", Stage)
 def test_a_stage_goes_by_its_name_too(stage: Stage) -> None:
-    one, other = (Localiser(MAP, stage=given).update(walk()[2]) for given in (stage, str(stage)))
+    one, other = (Localiser(learnt(), stage=given).update(walk()[2]) for given in (stage, str(stage)))
     assert (one.places.tobytes(), one.lost) == (other.places.tobytes(), other.lost)
 
 
@@ -314,9 +315,9 @@ def test_a_stage_goes_by_its_name_too(stage: Stage) -> None:
         (lambda: Localiser("map.refseq"), "a map is a str; valid is refseq.Map, as learn or Map.load(file) gives it"),
         (lambda: merge(["a.refseq"]), "a map is a str; valid is refseq.Map, as learn or Map.load(file) gives it"),
         (lambda: add_drive(None, []), "a map is a NoneType; valid is refseq.Map, as learn or Map.load(file) gives it"),
-        (lambda: Localiser(MAP, stage="hmm"), "stage 'hmm' is unknown; valid are uniform, prior, chain"),
-        (lambda: Localiser(MAP, seed=-1), "seed -1 is not valid; valid is a whole number from 0"),
-        (lambda: Localiser(MAP, seed=None), "seed None is not valid; valid is a whole number from 0"),
+        (lambda: Localiser(learnt(), stage="hmm"), "stage 'hmm' is unknown; valid are uniform, prior, chain"),
+        (lambda: Localiser(learnt(), seed=-1), "seed -1 is not valid; valid is a whole number from 0"),
+        (lambda: Localiser(learnt(), seed=None), "seed None is not valid; valid is a whole number from 0"),
         (
             lambda: learn(walk(), profile=None),
             "profile None is unknown; valid are thesis, counting, best, or a Profile",
@@ -334,7 +335,7 @@ def test_arguments_of_another_kind_are_refused_by_name(call: Callable[[], Any], 
 
 
 def test_maps_are_merged_from_one_alone_and_from_a_generator() -> None:
-    assert merge(MAP).to_bytes() == merge(iter([MAP])).to_bytes() == merge([MAP]).to_bytes()
+    assert merge(learnt()).to_bytes() == merge(iter([learnt()])).to_bytes() == merge([learnt()]).to_bytes()
 
 
 @pytest.mark.parametrize(
@@ -363,5 +364,6 @@ def test_colour_is_written_as_the_grey_that_the_localiser_sees(tmp_path: Path) -
     assert np.array_equal(view.images["front"], usable(seen(colour)).images["front"])
 
 
-MAP: Map = learn(walk())
-BEST: Map = learn(walk(), profile="best")
+@cache
+def learnt(profile: str = "thesis") -> Map:
+    return learn(walk(), profile=profile)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from refseq.planar import Pose, in_world, motion_between, relative_pose, wrap
 
-quick = settings(deadline=None, max_examples=100, derandomize=True)
+quick = settings(derandomize=True)
 coordinates = st.floats(-50, 50)
 angles = st.floats(-math.pi, math.pi)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from refseq.errors import MapError
 from refseq.features.alias_distance import choose_alias_distance, distances_of_things
 
-quick = settings(deadline=None, max_examples=60, derandomize=True)
+quick = settings(derandomize=True)
 
 
 def drive(same: list[int], other: list[int]) -> list[np.ndarray]:

@@ -13,7 +13,7 @@ from refseq.features.key_fit import LARGER, REACH, KeyFit, fit_keys, mutually_ne
 from refseq.features.sift import NO_KEYS, SiftKeys, SiftSettings, SiftWords
 from refseq.view import View
 
-quick = settings(deadline=None, max_examples=40, derandomize=True)
+quick = settings(derandomize=True)
 
 
 def scene(rng: np.random.Generator, count: int) -> SiftKeys:

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from refseq.features.vocabulary import Vocabulary
 
-quick = settings(deadline=None, max_examples=60, derandomize=True)
+quick = settings(derandomize=True)
 
 
 def empty(alias_distance: float, size: int = 128, kind: type = np.uint8) -> Vocabulary:

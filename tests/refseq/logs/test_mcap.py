@@ -18,7 +18,7 @@ from refseq.logs.kinds import KINDS
 from refseq.planar import Pose, motion_between
 from refseq.view import Scan, View
 
-quick = settings(deadline=None, max_examples=60, derandomize=True)
+quick = settings(derandomize=True)
 METADATA = {"world": "hallway", "seed": "3", "config": '{"a": "ü"}'}
 COUNT = 6
 

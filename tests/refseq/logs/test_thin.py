@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from refseq.logs.thin import OdometryNoise, every, with_odometry_noise
 from refseq.view import View
 
-quick = settings(deadline=None, max_examples=80, derandomize=True)
+quick = settings(derandomize=True)
 motions = st.lists(st.tuples(st.floats(-0.5, 0.9), st.floats(-0.3, 0.3)), max_size=40)
 
 

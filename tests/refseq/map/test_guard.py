@@ -1,4 +1,5 @@
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from refseq.fault import FaultKind
 from refseq.map.guard import SensorGuard
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
+from refseq.map.map import Map
 from refseq.map.matcher import Matcher
 from refseq.map.trackers import tracker_for
 from refseq.view import LASER
@@ -15,17 +17,23 @@ from tests.refseq.health.drives import drive, from_view
 
 REFERENCE = [replace(view, images={}) for view in drive(30, seed=1)]
 QUERY = [replace(view, images={}) for view in drive(30, seed=2)]
-MAP = learn(REFERENCE, profile="best+log_ratio.scans_alone=0")  # words alone, as the bare matcher answers
+
+
+@cache
+def learnt() -> Map:
+    return learn(REFERENCE, profile="best+log_ratio.scans_alone=0")  # words alone, as the bare matcher answers
+
+
 START = 10
 
 
 def beliefs(views):
-    localiser = Localiser(MAP)
+    localiser = Localiser(learnt())
     return [localiser.update(view) for view in views]
 
 
 def test_without_a_fault_the_answers_are_those_of_the_bare_matcher_to_the_last_bit():
-    matcher, tracker = Matcher(MAP), tracker_for(Stage.CHAIN, MAP)
+    matcher, tracker = Matcher(learnt()), tracker_for(Stage.CHAIN, learnt())
     for view, belief in zip(QUERY, beliefs(QUERY), strict=True):
         bare = tracker.update(matcher.match(view))
         np.testing.assert_array_equal(bare.places, belief.places)
@@ -44,7 +52,7 @@ def test_a_robot_whose_only_sensor_is_ill_is_lost_until_it_is_well():
 
 
 def test_ill_odometry_has_no_part_in_the_motion():
-    guard = SensorGuard(MAP)
+    guard = SensorGuard(learnt())
     doubled = from_view(QUERY, START, lambda view, _: replace(view, distance=2 * view.distance, turn=2 * view.turn))
     for view in doubled[: START + 4]:
         (measured,) = guard.match(view)
@@ -62,7 +70,7 @@ def test_stamps_that_go_back_are_told_and_change_nothing_else():
 
 
 def test_a_reset_localiser_has_no_fault():
-    localiser = Localiser(MAP)
+    localiser = Localiser(learnt())
     for view in from_view(QUERY, START, lambda view, last: replace(view, scan=last.scan))[: START + 3]:
         belief = localiser.update(view)
     assert belief.faults

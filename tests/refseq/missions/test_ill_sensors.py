@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ import pytest
 from refseq.belief import Belief
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
+from refseq.map.map import Map
 from refseq.missions.executor import Executor, ExecutorSettings, Status
-from refseq.missions.path import path_along
+from refseq.missions.path import MissionPath, path_along
 from refseq.missions.plan import as_learnt
 from refseq.planar import Pose
 from refseq.view import Scan, View
@@ -32,9 +34,17 @@ def reference() -> Iterator[View]:
         yield View(number * 1.0, scan=seen_from(x, rng), distance=SPACING if number else 0.0, truth=Pose(x, 0.0, 0.0))
 
 
-MAP = learn(list(reference()), profile="best")
-LEARNT = path_along(MAP)
-WAY = replace(LEARNT, behaviours=(f"MN:{LEARNT.length:.2f}", *LEARNT.behaviours[1:]))
+@cache
+def learnt() -> Map:
+    return learn(list(reference()), profile="best")
+
+
+@cache
+def way() -> MissionPath:
+    path = path_along(learnt())
+    return replace(path, behaviours=(f"MN:{path.length:.2f}", *path.behaviours[1:]))
+
+
 DIES = 12.0
 """From here on the laser is ill [m]."""
 SETTINGS = ExecutorSettings()
@@ -44,7 +54,7 @@ class Corridor:
     """The made-up corridor through a laser that falls ill at ``DIES``, and for so many seconds; a localiser answers."""
 
     def __init__(self, ill: str, seconds: float = np.inf) -> None:
-        self._localiser, self._ill, self._seconds = Localiser(MAP), ill, seconds
+        self._localiser, self._ill, self._seconds = Localiser(learnt()), ill, seconds
         self._rng = np.random.default_rng(5)
         self._last: tuple[float, Scan] | None = None
         self._fell: float | None = None
@@ -69,14 +79,14 @@ class Corridor:
 
 
 def mission(corridor: Corridor) -> Line:
-    corridor.line = Line(Executor(as_learnt(WAY), settings=SETTINGS), corridor)
+    corridor.line = Line(Executor(as_learnt(way()), settings=SETTINGS), corridor)
     return corridor.line.run()
 
 
 def test_with_a_laser_that_is_well_it_arrives():
     line = mission(corridor := Corridor(""))
     assert line.executor.status is Status.COMPLETED
-    assert line.x == pytest.approx(WAY.length, abs=1.0)
+    assert line.x == pytest.approx(way().length, abs=1.0)
     assert not any(belief.faults for belief in corridor.told)
 
 
@@ -94,5 +104,5 @@ def test_it_stands_soon_after_its_only_sensor_has_died_and_gives_up(ill):
 def test_it_goes_on_when_the_laser_sees_again():
     line = mission(Corridor("blind", seconds=20.0))
     assert line.executor.status is Status.COMPLETED
-    assert line.x == pytest.approx(WAY.length, abs=1.0)
+    assert line.x == pytest.approx(way().length, abs=1.0)
     assert line.halted > 1.0

@@ -23,7 +23,7 @@ from refseq_bench.scenarios.maps.matrix import (
     top_features,
 )
 
-quick = settings(deadline=None, max_examples=60, derandomize=True)
+quick = settings(derandomize=True)
 
 
 def packed(**blocks: np.ndarray) -> IncidenceMatrix:

@@ -22,7 +22,7 @@ from tests.refseq.chains import (
     paths,
 )
 
-quick = settings(deadline=None, max_examples=150, derandomize=True)
+quick = settings(derandomize=True)
 
 
 @st.composite

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from refseq.inference.chain.exponential_kernel import REACH, ExponentialKernel
 from tests.refseq.chains import log, paths
 
-quick = settings(deadline=None, max_examples=100, derandomize=True)
+quick = settings(derandomize=True)
 
 
 def check(along: np.ndarray, near: float, x: np.ndarray) -> None:

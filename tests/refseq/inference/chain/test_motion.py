@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from refseq.inference.chain.motion import MotionSettings, motion_model, motion_prior
 from tests.refseq.chains import SPREAD, dense_window, log, paths
 
-quick = settings(deadline=None, max_examples=150, derandomize=True)
+quick = settings(derandomize=True)
 DEFAULTS = MotionSettings()
 distances = st.integers(-40, 40).map(lambda eighths: eighths / 8)
 motion_settings = st.sampled_from(

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from refseq.inference.chain.range_query import RangeQuery
 
-quick = settings(deadline=None, max_examples=200, derandomize=True)
+quick = settings(derandomize=True)
 
 
 @st.composite

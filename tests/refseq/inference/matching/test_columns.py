@@ -6,7 +6,7 @@ from hypothesis.extra.numpy import arrays
 
 from refseq.inference.matching.columns import LONG, Rows, distinct_columns
 
-quick = settings(deadline=None, max_examples=120, derandomize=True)
+quick = settings(derandomize=True)
 matrices = st.tuples(st.integers(0, 140), st.integers(1, 12)).flatmap(
     lambda shape: st.one_of(
         arrays(np.bool_, shape),

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from refseq.inference.matching.columns import Rows
 from refseq.inference.matching.detection import LEAST, PRIOR, RATES, REACH, Detection, covisibility, reach, spread
 
-quick = settings(deadline=None, max_examples=150, derandomize=True)
+quick = settings(derandomize=True)
 small_matrices = st.tuples(st.integers(0, 7), st.integers(1, 12)).flatmap(lambda shape: arrays(np.bool_, shape))
 
 
@@ -176,7 +176,6 @@ def test_each_place_near_a_row_s_is_reached_once_by_the_nearest_entry(seen: np.n
         np.testing.assert_array_equal(row, np.minimum(away.min(axis=1, initial=levels), levels))
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**31), st.integers(1, 40), st.booleans())
 def test_ratios_of_some_places_are_those_of_all_to_the_last_bit(seed: int, count: int, held_out: bool) -> None:
     rng = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ from hypothesis.extra.numpy import arrays
 
 from refseq.inference.matching.incidence import IncidenceMatrix
 
-quick = settings(deadline=None, max_examples=80, derandomize=True)
+quick = settings(derandomize=True)
 dense_matrices = st.tuples(st.integers(0, 12), st.integers(1, 9)).flatmap(lambda shape: arrays(np.bool_, shape))
 
 

@@ -21,7 +21,7 @@ from refseq.inference.matching.information import (
     view_information,
 )
 
-quick = settings(deadline=None, max_examples=60, derandomize=True)
+quick = settings(derandomize=True)
 matrices = st.tuples(st.integers(1, 5), st.integers(1, 5)).flatmap(lambda shape: arrays(np.bool_, shape))
 rates = st.floats(0, 1) | st.sampled_from([0.0, 0.5, 1.0])
 noises = st.builds(Noise, rates, rates)

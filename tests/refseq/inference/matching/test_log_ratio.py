@@ -21,7 +21,7 @@ from refseq.inference.matching.log_ratio import (
     power_of,
 )
 
-quick = settings(deadline=None, max_examples=80, derandomize=True)
+quick = settings(derandomize=True)
 
 # --- the calibrator ---
 

@@ -11,7 +11,7 @@ from refseq.inference.matching.columns import Rows, distinct_columns
 from refseq.inference.matching.hard_em import Seeding, seed_views
 from refseq.inference.matching.mixture import Match, MixtureForm, MixtureSettings, match_view
 
-quick = settings(deadline=None, max_examples=120, derandomize=True)
+quick = settings(derandomize=True)
 matrices = st.tuples(st.integers(0, 10), st.integers(1, 14)).flatmap(lambda shape: arrays(np.bool_, shape))
 mixture_settings = st.builds(
     MixtureSettings,

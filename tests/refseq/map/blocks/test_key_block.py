@@ -25,7 +25,7 @@ from refseq.view import View
 
 ASKED = "best+log_ratio.geometry=6"
 PLACES, TILE = 24, 60
-quick = settings(deadline=None, max_examples=60, derandomize=True)
+quick = settings(derandomize=True)
 
 
 def tiles(place: int) -> list[np.ndarray]:

@@ -24,7 +24,7 @@ from refseq.map.profile import BEST, Profile
 from refseq.view import LASER, View
 from tests.support import corridor_drive
 
-quick = settings(deadline=None, max_examples=60, derandomize=True)
+quick = settings(derandomize=True)
 Header = dict[str, object]
 
 
