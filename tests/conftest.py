@@ -4,7 +4,7 @@ import gc
 import os
 import signal
 import uuid
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import pytest
 from hypothesis import settings
 
 from refseq.features.memory import DescriptionMemory, described_once
+from tests.slowest import slowest
 
 # An example may take long for the first time, or on a busy machine: no test asserts a time on the wall clock.
 # Each run draws other examples: many runs of a few find what one of many does. The nightly one draws many.
@@ -25,19 +26,31 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-# Collecting makes millions of objects that all stay: looking for garbage among them meanwhile is a seventh of its time.
-gc.disable()
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Look for no garbage while tests are collected, nor later among what they are: millions of objects, which stay.
+
+    That is a seventh of the time of collecting, and most of what each measurement of memory takes.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
-def pytest_collection_finish() -> None:
-    """Look for garbage again, and no more among what collecting has made."""
-    gc.freeze()
-    gc.enable()
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Tell the slowest tests in the summary of a run on GitHub; `./run` prints them in any case."""
+    if summary := os.environ.get("GITHUB_STEP_SUMMARY"):
+        reports = [one for some in terminalreporter.stats.values() for one in some if hasattr(one, "duration")]
+        with Path(summary).open("a", encoding="utf-8") as file:
+            file.write(slowest(reports))
 
 
 TESTS = Path(__file__).parent
-DESCRIBED_ANEW = ("benchmarks", "contract", "refseq/features", "robustness")
-"""Tests that are about describing a picture itself: its repeatability, its time, its words."""
+DESCRIBED_ANEW = ("benchmarks", "contract", "refseq/features", "robustness", "scenarios/methods/test_by_name.py")
+"""Tests of what a picture is described as: its repeatability, its time, and whether it is the same without a memory."""
 MEMORY = DescriptionMemory()
 """Of this process: most tests drive through the same corridor, whose pictures take longer than all that follows."""
 

@@ -131,7 +131,7 @@ def test_getting_lost_by_the_metre_does_not_depend_on_the_steps() -> None:
     assert ChainSettings(lost=0.3).getting_lost(7.0) == 0.3
 
 
-@settings(deadline=None, max_examples=60, derandomize=True)
+@settings(derandomize=True)
 @given(chains(4), st.data())
 def test_the_lost_places_tell_which_place_a_path_was_at_last(chain: Chain, data: st.DataObject) -> None:
     """Of all paths that are lost now, and not by way of forgetting: the last place on each."""

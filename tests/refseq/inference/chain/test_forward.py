@@ -15,7 +15,7 @@ def states(posterior: StatePosterior) -> np.ndarray:
     return np.concatenate([posterior.places, posterior.lost])
 
 
-@settings(deadline=None, max_examples=120, derandomize=True)
+@settings(derandomize=True)
 @given(paths(5), chain_settings, st.sampled_from([3.0, 500.0]), st.data())
 def test_filter_and_smoother_are_the_sums_over_all_paths(
     along: np.ndarray, s: ChainSettings, likelihood: float, data: st.DataObject

@@ -10,7 +10,7 @@ from refseq.inference.chain.viterbi import viterbi
 from tests.refseq.chains import MOTION, all_paths, chain_settings, drives, paths
 
 
-@settings(deadline=None, max_examples=80, derandomize=True)
+@settings(derandomize=True)
 @given(paths(4), chain_settings, st.integers(1, 400), st.data())
 def test_they_are_the_best_of_all_paths(along: np.ndarray, s: ChainSettings, most: int, data: st.DataObject) -> None:
     """Every path of the tiny chain is scored; those that are asked for come in order, each once, with its own score."""

@@ -20,7 +20,7 @@ from tests.refseq.chains import (
 )
 
 
-@settings(deadline=None, max_examples=120, derandomize=True)
+@settings(derandomize=True)
 @given(paths(5), chain_settings, st.sampled_from([3.0, 500.0]), st.data())
 def test_it_is_the_entropy_over_all_paths(
     along: np.ndarray, s: ChainSettings, likelihood: float, data: st.DataObject

@@ -28,7 +28,7 @@ def assert_decodes(decoding: Decoding, scores: np.ndarray) -> None:
     assert scores[decoding.path] == pytest.approx(scores.max(), abs=1e-9)
 
 
-@settings(deadline=None, max_examples=120, derandomize=True)
+@settings(derandomize=True)
 @given(paths(5), chain_settings, st.data())
 def test_it_is_the_best_of_all_paths(along: np.ndarray, s: ChainSettings, data: st.DataObject) -> None:
     chain = Chain(along, MOTION, s)

@@ -16,8 +16,8 @@ from refseq.view import LASER, Scan, View
 from tests.refseq.rooms import without
 from tests.support import CAMERAS, corridor_drive, texture
 
-COUNT, SPACING = 44, 0.85
-CHANGED = range(16, 23)
+COUNT, SPACING = 34, 0.85
+CHANGED = range(13, 20)
 """Views at which later drives meet other pictures on the walls."""
 
 
@@ -140,9 +140,9 @@ def test_the_least_used_experience_makes_room(map_: Map) -> None:
 def test_places_taken_out_of_a_sequence_take_their_experiences_with_them(grown: Grown) -> None:
     sequence = grown.map.sequence
     assert sequence.experiences is not None
-    left = reduced(sequence, np.arange(20))
+    left = reduced(sequence, np.arange(16))
     assert left.experiences is not None
-    assert left.experiences.places.max() < 20
+    assert left.experiences.places.max() < 16
     assert left.matrix.N == left.experiences.matrix.N < sequence.matrix.N
     shown = np.diff(left.matrix.pointers) + np.diff(left.experiences.matrix.pointers)
     words = shown[: left.matrix.blocks["sift/forward"].stop]
@@ -153,13 +153,13 @@ def test_an_atlas_grows_along_all_its_paths() -> None:
     views = drive(1)
     parts = [
         learn(part, profile=BEST, sensors=["forward", "lateral"], name=name)
-        for name, part in (("west", views[:28]), ("east", views[16:]))
+        for name, part in (("west", views[:23]), ("east", views[11:]))
     ]
     atlas = merge_maps(parts).map
-    assert len(atlas) < 2 * 28
+    assert len(atlas) < 2 * 23
     added = add_drive(atlas, drive(2, 1))
     places = np.concatenate([atlas.numbered(path) for path in atlas.paths])
-    views_of = {int(place): number for place, number in zip(places, [*range(28), *range(16, 44)], strict=True)}
+    views_of = {int(place): number for place, number in zip(places, [*range(23), *range(11, 34)], strict=True)}
     assert len(added.kept) >= len(CHANGED) - 3
     assert all(abs(views_of[place] - view) <= 1 for view, place in added.kept)
     assert add_drive(added.map, drive(2, 1)).map is added.map
@@ -180,7 +180,7 @@ def test_an_atlas_grows_along_all_its_paths() -> None:
             lambda m, v: (m, [without(one, "lateral") for one in v]),
             "the drive has no lateral; valid are drives with all sensors",
         ),
-        (lambda m, v: (m, v[::-1]), r"the drive has 44 views, of which \d+ are found on the map; valid is a drive"),
+        (lambda m, v: (m, v[::-1]), r"the drive has 34 views, of which \d+ are found on the map; valid is a drive"),
         (lambda m, v: (learn(v, sensors=[LASER]), v), "its matching is mixture, which takes no further experiences"),
     ],
 )
