@@ -1,7 +1,7 @@
-"""Memory of descriptions: a picture that many look at is described once.
+"""Memory of descriptions: a picture, or a scan, that many look at is described once.
 
 Variants of a method ask about the same views, and describing a picture is most of what they do. While a memory is in
-use, a description is looked up by the picture and the extractor's settings, which are all that it depends on.
+use, a description is looked up by the picture or scan and the extractor's settings, which are all that it depends on.
 """
 
 import hashlib
@@ -10,11 +10,13 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+Seen = TypeVar("Seen", bound=np.generic)
+"""Of an image uint8, of ranges float32."""
 LIMIT = 128 * 2**20
 """Bytes that a memory keeps unless told otherwise: about ten drives of a hundred views with two cameras."""
 
@@ -65,14 +67,12 @@ def described_once(memory: DescriptionMemory) -> Iterator[DescriptionMemory]:
         _IN_USE.reset(token)
 
 
-def described(
-    settings: Hashable, image: NDArray[np.uint8], find: Callable[[NDArray[np.uint8]], NDArray[Any]]
-) -> NDArray[Any]:
-    """Describe an image with an extractor's settings by ``find``, unless the memory in use knows it."""
+def described(settings: Hashable, seen: NDArray[Seen], find: Callable[[NDArray[Seen]], NDArray[Any]]) -> NDArray[Any]:
+    """Describe an image, or a scan's ranges, with an extractor's settings by ``find``, unless the memory knows it."""
     if (memory := _IN_USE.get()) is None:
-        return find(image)
-    pixels = hashlib.blake2b(image.tobytes(), digest_size=16).digest()
-    return memory.describe((settings, image.shape, pixels), lambda: find(image))
+        return find(seen)
+    content = hashlib.blake2b(seen.tobytes(), digest_size=16).digest()
+    return memory.describe((settings, seen.shape, content), lambda: find(seen))
 
 
 def clock() -> float:

@@ -1,13 +1,14 @@
 """Base of the laser's extractors with a fixed table of bits."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.extractor import BaseExtractor
+from refseq.features.memory import described
 from refseq.view import LASER, Scan, View
 
 
@@ -32,8 +33,15 @@ class ScanBits(BaseExtractor):
 
     def describe(self, view: View) -> NDArray[np.intp]:
         """Bits of a view that has a scan."""
-        assert view.scan is not None, "the localiser asks only where the sensor is there"
-        return self.bits(view.scan)
+        scan = view.scan
+        assert scan is not None, "the localiser asks only where the sensor is there"
+        settings = self.key, self.table, scan.start, scan.step, scan.max_range
+        return described(settings, scan.ranges, lambda _: self.bits(scan))
+
+    @property
+    def table(self) -> Hashable:
+        """All that decides which bits a scan sets: the settings that the extractor was made with, which are frozen."""
+        return tuple(vars(self).values())
 
     def recognise(self, described: NDArray[np.intp]) -> NDArray[np.intp]:
         """All bits are known."""

@@ -9,10 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from refseq.features.boundary import ScanBoundary
+from refseq.features.corners import CornerCounts
 from refseq.features.dense import DenseSettings, DenseWords
+from refseq.features.doors import DoorCounts, DoorSettings
 from refseq.features.memory import DescriptionMemory, clock, described_once
+from refseq.features.sectors import SectorRanges, SectorSettings
 from refseq.features.sift import SiftSettings, SiftWords
-from refseq.view import View
+from refseq.features.walls import WallLines, WallSettings
+from refseq.planar import Pose
+from refseq.view import Scan, View
+from tests.refseq.rooms import cast, rectangle
 
 CAMERA = "camera-1"
 
@@ -23,15 +30,24 @@ def image(seed: int) -> NDArray[np.uint8]:
 
 
 def view(seed: int) -> View:
-    return View(0.0, {CAMERA: image(seed)})
+    room = [*rectangle(-3.0, -2.0, 5.0, 3.0), *rectangle(2.0, 0.5, 2.6, 1.1)]
+    rng = np.random.default_rng(seed)
+    return View(0.0, {CAMERA: image(seed)}, cast(room, Pose(0.3 * seed, 0.1, 0.2 * seed), rng=rng))
 
 
+WALLS = WallSettings()
 EXTRACTORS = [
     SiftWords(CAMERA, SiftSettings()),
     SiftWords(CAMERA, SiftSettings(cap=5)),
     SiftWords(CAMERA, SiftSettings(root=True)),
     DenseWords(CAMERA, DenseSettings()),
     DenseWords(CAMERA, DenseSettings(seed=1)),
+    WallLines(WALLS),
+    CornerCounts(WALLS),
+    DoorCounts(DoorSettings(), WALLS),
+    ScanBoundary(),
+    SectorRanges(SectorSettings()),
+    SectorRanges(SectorSettings(bins=9)),
 ]
 
 
@@ -42,7 +58,25 @@ def test_a_memory_changes_no_description() -> None:
             for seed, expected in enumerate(alone):
                 for one, described in zip(EXTRACTORS, expected, strict=True):
                     np.testing.assert_array_equal(one.describe(view(seed)), described)
-    assert all(len(described) for of_view in alone for described in of_view)
+    shown = [sum(map(len, described)) for described in zip(*alone, strict=True)]
+    assert [one.key for one, count in zip(EXTRACTORS, shown, strict=True) if not count] == ["doors/laser"]
+
+
+def test_a_scan_is_described_once_and_anew_where_anything_about_it_is_different(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found: list[Scan] = []
+    known = WallLines.bits
+    monkeypatch.setattr(WallLines, "bits", lambda self, scan: found.append(scan) or known(self, scan))
+    scan = view(1).scan
+    assert scan is not None
+    others = [replace(scan, start=-1.5), replace(scan, step=0.008), replace(scan, max_range=4.0), view(2).scan]
+    with described_once(DescriptionMemory()):
+        for _ in range(2):
+            for one in (scan, *others):
+                WallLines(WALLS).describe(View(0.0, {}, one))
+        WallLines(replace(WALLS, points=WALLS.points + 1)).describe(View(0.0, {}, scan))
+    assert len(found) == 6
 
 
 def test_a_picture_is_described_once_by_all_extractors_of_the_same_settings(monkeypatch: pytest.MonkeyPatch) -> None:
