@@ -62,7 +62,9 @@ def busy(name: str) -> World:
     return build_world(changed(load_plan(name), change_named("busy"), seed=3), light_named(LIGHTS[0]), pictured=False)
 
 
+@cache
 def model_of(world: str, light: str, robot: str) -> mujoco.MjModel:
+    """The model of a bench, which nobody changes."""
     with Bench(built(world, light), robots.load(robot), settings=BLIND) as bench:
         return bench.model
 
