@@ -1,7 +1,8 @@
 """Threads of the libraries that add up large sums: one each.
 
-A sum that is split among threads is rounded otherwise, and answers must not depend on the cores. It is the faster way as well
-where something else runs: threads that wait for each other's share of a view take the words five times as long then.
+A sum that is split among threads is rounded otherwise, and answers must not depend on the cores. It is the faster way
+as well where something else runs: threads that wait for each other's share of a view take five times as long for its
+words then.
 """
 
 import os

@@ -20,9 +20,9 @@ from refseq.view import LASER, Scan, View
 class SensorGuard:
     """A matcher behind a monitor of the sensors (docs/sensor-faults.md).
 
-    As long as nothing is declared the matcher gets every view as it is. ``sensors`` are those of the map that are asked,
-    ``faults`` those that stand at the last view; ``scan`` is what its laser saw, None where that is ill, missing or not
-    asked. Takes the same as ``Matcher``, and raises the same.
+    As long as nothing is declared the matcher gets every view as it is. ``sensors`` are those of the map that are
+    asked, ``faults`` those that stand at the last view; ``scan`` is what its laser saw, None where that is ill, missing
+    or not asked. Takes the same as ``Matcher``, and raises the same.
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:

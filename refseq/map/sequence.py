@@ -54,7 +54,9 @@ class ReferenceSequence:
     def shown(self, places: NDArray[np.intp], sensors: Collection[str]) -> list[dict[str, NDArray[np.intp]]]:
         """Ids of the features that places showed to some sensors on the reference drive, as a view is asked by them."""
         blocks = {one.key: self.matrix.blocks[one.key] for one in self.extractors if one.sensor in sensors}
-        return [{key: within(column, block) for key, block in blocks.items()} for column in self.matrix.columns_of(places)]
+        return [
+            {key: within(column, block) for key, block in blocks.items()} for column in self.matrix.columns_of(places)
+        ]
 
     def match(self, ids: NDArray[np.intp], seed: tuple[int, ...]) -> Match:
         """Compare features (rows of the matrix) with all places; ``seed`` starts the mixture's random components.

@@ -31,7 +31,7 @@ from refseq_bench.scenarios.log_tools.survey import (
 )
 from refseq_bench.scenarios.log_tools.travel import Travel, positions, travel
 from refseq_bench.scenarios.log_tools.turns import sensor_offsets
-from refseq_bench.scenarios.log_tools.verdicts import LogVerdict, Prospect, Usability, verdicts
+from refseq_bench.scenarios.log_tools.verdicts import PROFILE, LogVerdict, Prospect, Usability, verdicts
 from refseq_bench.scenarios.log_tools.warnings import warnings_of
 
 USUAL_SPACING = 0.85
@@ -84,11 +84,10 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     kept = plan.thinned(selection.thin) if plan and selection.thin else plan
     way, true = _way(plan), positions([view.truth for view in plan.views if view.truth] if plan else [])
     views = len(kept) if kept else 0
-    cost = expected_cost([] if plan is None else _sample_views(found, plan), views)
-    features = cost.features if cost else None
+    cost = expected_cost([] if plan is None else _sample_views(found, plan), views, PROFILE)
     same = one_path(way, true)
     driven = _travelled(way, true if len(true) > MOST * len(way) and not same else way)
-    prospect = Prospect(path, selection, plan, refusal, views, driven, same, features)
+    prospect = Prospect(path, selection, plan, refusal, views, driven, same)
     offsets = sensor_offsets(plan) if plan else {}
     doubts = _doubts(plan, selection)
     return LogCheckup(

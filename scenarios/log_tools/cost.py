@@ -13,26 +13,22 @@ TIMED = 3
 
 @dataclass(frozen=True, slots=True)
 class ExpectedCost:
-    """Memory of the views' pictures and scans [bytes], and time to learn them on this machine [s].
-
-    ``features`` counts those that were learnt of the few views that told the time.
-    """
+    """Memory of the views' pictures and scans [bytes], and time to learn them on this machine [s]."""
 
     memory: int
     learning: float
-    features: int
 
 
-def expected_cost(samples: Sequence[View], views: int, profile: str = "thesis") -> ExpectedCost | None:
+def expected_cost(samples: Sequence[View], views: int, profile: str) -> ExpectedCost | None:
     """Learn a few ``samples`` and reckon from them for all ``views``; None without any."""
     if not samples:
         return None
     line = [replace(view, distance=1.0 if number else 0.0, turn=0.0) for number, view in enumerate(samples)]
     begin = time.perf_counter()
-    map_ = learn(line, profile=profile)
+    learn(line, profile=profile)
     seconds = (time.perf_counter() - begin) / len(line)
     size = sum(sum(image.nbytes for image in view.images.values()) + _scan_bytes(view) for view in line) / len(line)
-    return ExpectedCost(round(size * views), seconds * views, map_.sequence.matrix.N)
+    return ExpectedCost(round(size * views), seconds * views)
 
 
 def _scan_bytes(view: View) -> int:

@@ -8,7 +8,12 @@ import pytest
 
 from refseq.threads import ONE_THREAD
 
-ASK = "from refseq.threads import sum_in_one_thread; sum_in_one_thread(); import faiss; print(faiss.omp_get_max_threads())"
+ASK = """
+from refseq.threads import sum_in_one_thread
+sum_in_one_thread()
+import faiss
+print(faiss.omp_get_max_threads())
+"""
 
 
 @pytest.mark.parametrize(("told", "threads"), [({}, 1), ({"OMP_NUM_THREADS": "3"}, 3)])

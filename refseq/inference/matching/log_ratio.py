@@ -33,8 +33,8 @@ class LogRatioSettings:
     ``apart`` [m] away, ``views`` of them at most, spread evenly, for a sample of ``scores`` at most.
 
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
-    while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked: words
-    of a laser then tell the corridor rather than the place. ``geometry`` is the same of a view's keys, which a map
+    while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked:
+    words of a laser tell the corridor rather than the place. ``geometry`` is the same of a view's keys, which a map
     that is learnt with it holds for each place: each takes 0.3 ms a camera.
     """
 

@@ -24,8 +24,8 @@ NOTHING = -1.0
 class ScanBlock:
     """Log-likelihood ratios by the fit of a view's scan, whose fits ``poses`` hold.
 
-    ``most`` is how many places a scan is laid on: ``log_ratio.scans`` of the map's profile, and where the laser is all of
-    the ``sensors`` that are asked, ``log_ratio.scans_alone`` at least.
+    ``most`` is how many places a scan is laid on: ``log_ratio.scans`` of the map's profile, and where the laser is all
+    of the ``sensors`` that are asked, ``log_ratio.scans_alone`` at least.
     """
 
     def __init__(self, map_: Map, poses: PosesBeside, sensors: Collection[str]) -> None:

@@ -71,7 +71,7 @@ def test_check_says_what_is_taken_as_what_and_what_to_type_next(drive, capsys):
     assert "camera forward, 32 × 24" in out
     assert "laser, 361 beams over 180°" in out
     assert "9.8 m by topic /odometry" in out
-    assert f"refseq learn {drive} --thin 0.85 -o drive.refseq" in out
+    assert f"refseq learn {drive} --thin 0.85 --profile best -o drive.refseq" in out
     assert "score      works: true poses from topic /truth" in out
 
 

@@ -85,9 +85,7 @@ def test_a_drive_between_other_walls_is_refused_though_it_looks_alike() -> None:
     hall = Scan(np.full(361, 6.0, np.float32))  # half a ring of 12 m: as wide a corridor there is none
     elsewhere = [replace(view, scan=hall) for view in drive(2)]
     anywhere = GrowthSettings(placed=0.0, sure=0.0)
-    with pytest.raises(
-        MapError, match=r"views, of which 44 look like places of it, but 0 of \d+ lie on their walls"
-    ):
+    with pytest.raises(MapError, match=r"views, of which 44 look like places of it, but 0 of \d+ lie on their walls"):
         add_drive(map_, elsewhere, settings=anywhere)
 
 
