@@ -1,6 +1,6 @@
 """The reference sequence (chapter 2): the places of one path, and which features each of them showed."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -13,7 +13,7 @@ from refseq.features import Extractor
 from refseq.inference.chain.emissions import Emissions
 from refseq.inference.chain.lost_view import HeldOutViews, LostView
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.log_ratio import LogRatioModel, within
+from refseq.inference.matching.log_ratio import LogRatioModel
 from refseq.inference.matching.mixture import Match, match_view
 from refseq.map.growth.experiences import Experiences, LayeredRatios
 from refseq.map.profile import Profile
@@ -50,13 +50,6 @@ class ReferenceSequence:
     def sensors(self) -> frozenset[str]:
         """Sensors that the sequence can be asked with."""
         return frozenset(extractor.sensor for extractor in self.extractors)
-
-    def shown(self, places: NDArray[np.intp], sensors: Collection[str]) -> list[dict[str, NDArray[np.intp]]]:
-        """Ids of the features that places showed to some sensors on the reference drive, as a view is asked by them."""
-        blocks = {one.key: self.matrix.blocks[one.key] for one in self.extractors if one.sensor in sensors}
-        return [
-            {key: within(column, block) for key, block in blocks.items()} for column in self.matrix.columns_of(places)
-        ]
 
     def match(self, ids: NDArray[np.intp], seed: tuple[int, ...]) -> Match:
         """Compare features (rows of the matrix) with all places; ``seed`` starts the mixture's random components.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp, softmax
+from scipy.special import logsumexp
 
 from refseq.inference.matching.detection import REACH, Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
@@ -140,7 +140,7 @@ class LogRatioModel:
             if np.isin(matrix.sightings(block), (0, matrix.K)).all():
                 continue  # the same at all places, it tells none from another
             model = Detection(matrix.block(key))
-            views = [(k, within(column, block)) for k, column in zip(chosen, columns, strict=True)]
+            views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
             scores = _elsewhere(model, views, along, settings)
             calibration = Calibration(scores)
             self._blocks[key] = model, calibration
@@ -187,22 +187,16 @@ def unless_blind(log_ratios: NDArray[np.float64], blind: float) -> NDArray[np.fl
     return mixed
 
 
-def power_of(log_ratios: NDArray[np.float64], given: NDArray[np.float64] | None = None) -> float:
-    """The largest power up to 1 at which ratios average 1 or less; 0 where none does.
-
-    With the log ratios ``given`` by something else it is the power at which their products do, or, where those that
-    are given average more than 1, no more than they.
-    """
-    others = np.zeros(len(log_ratios)) if given is None else given
-    allowed = max(0.0, float(logsumexp(others) - np.log(len(others)))) if len(others) else 0.0
+def power_of(log_ratios: NDArray[np.float64]) -> float:
+    """The largest power up to 1 at which ratios average 1 or less; 0 where none does."""
 
     def log_mean(power: float) -> float:
-        return float(logsumexp(others + power * log_ratios) - np.log(len(log_ratios))) - allowed
+        return float(logsumexp(power * log_ratios) - np.log(len(log_ratios)))
 
-    # A convex function that is 0 or below at 0: where it is above 0 at 1, it has one root between at most.
+    # A convex function that is 0 at 0: where it is above 0 at 1, it has one other root at most.
     if not len(log_ratios) or log_mean(1.0) <= 0:
         return 1.0
-    if log_mean(0.0) == 0 and np.average(log_ratios, weights=softmax(others)) >= 0:
+    if log_ratios.mean() >= 0:
         return 0.0
     low = 0.5
     while log_mean(low) > 0:
@@ -212,7 +206,7 @@ def power_of(log_ratios: NDArray[np.float64], given: NDArray[np.float64] | None 
     return float(brentq(log_mean, low, 1.0, xtol=1e-6))
 
 
-def within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
+def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
     """A place's features of one block, numbered from the block's start."""
     low, high = np.searchsorted(column, [block.start, block.stop])
     return column[low:high] - block.start

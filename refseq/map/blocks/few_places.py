@@ -17,7 +17,6 @@ from scipy.special import softmax
 from refseq.belief import LOST_ABOVE, Belief
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
-from refseq.map.sequence import ReferenceSequence
 
 EXPECTED = 3
 """So many of the places are those that the last belief thought likeliest, the others the words'."""
@@ -95,20 +94,9 @@ def pairs_elsewhere(map_: Map, views: int, places: int) -> Iterator[tuple[int, i
 
     Both are counted through the map; far is what ``log_ratio.apart`` of its profile says.
     """
-    rng = np.random.default_rng(0)
+    rng, apart = np.random.default_rng(0), map_.profile.log_ratio.apart
     for first, sequence in zip(map_.first[:-1].tolist(), map_.sequences, strict=True):
-        for view in spread(sequence, views).tolist():
-            far = np.flatnonzero(elsewhere(sequence, view))
+        for view in np.unique(np.linspace(0, len(sequence) - 1, views).round().astype(int)).tolist():
+            far = np.flatnonzero(np.abs(sequence.along - sequence.along[view]) > apart)
             for place in rng.choice(far, min(places, len(far)), replace=False).tolist():
                 yield first + view, first + place
-
-
-def spread(sequence: ReferenceSequence, views: int) -> NDArray[np.intp]:
-    """Numbers of so many views of the reference at most, spread evenly."""
-    return np.unique(np.linspace(0, len(sequence) - 1, views).round().astype(np.intp))
-
-
-def elsewhere(sequence: ReferenceSequence, view: int) -> NDArray[np.bool_]:
-    """Which places (K,) are far from that of a view of the reference, by ``log_ratio.apart`` of the profile."""
-    far: NDArray[np.bool_] = np.abs(sequence.along - sequence.along[view]) > sequence.profile.log_ratio.apart
-    return far

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from refseq.features.key_fit import KeyFit, fit_keys
 from refseq.features.sift import SiftKeys
-from refseq.inference.matching.log_ratio import Calibration, power_of, unless_blind
-from refseq.map.blocks.few_places import OPEN, elsewhere, pairs_elsewhere, spread
+from refseq.inference.matching.log_ratio import Calibration, unless_blind
+from refseq.map.blocks.few_places import pairs_elsewhere
 from refseq.map.map import Map
 
 VIEWS, PLACES = 100, 8
@@ -39,7 +39,6 @@ class KeyBlock:
         self._map = map_
         self._view: Mapping[str, SiftKeys] = {}
         self._calibrations: dict[frozenset[str], Calibration] = {}
-        self._powers: dict[frozenset[str], float] = {}
         self.most = int(map_.profile.log_ratio.geometry)
 
     def take(self, view: Mapping[str, SiftKeys]) -> None:
@@ -56,15 +55,8 @@ class KeyBlock:
         cameras = frozenset(self._view)
         if cameras not in self._calibrations:
             self._calibrations[cameras] = self._calibration(cameras)
-            self._powers[cameras] = self._power(cameras)
-        return self._powers[cameras] * self._ratios(places, self._view, self._calibrations[cameras])
-
-    def _ratios(
-        self, places: NDArray[np.intp], view: Mapping[str, SiftKeys], calibration: Calibration
-    ) -> NDArray[np.float64]:
-        """Log-likelihood ratios of some places, (n,), by the fit for itself."""
-        fits = [together(laid(self._map.keys(place), view)) for place in places.tolist()]
-        told = calibration.log_ratios(np.array([score(fit) for fit in fits]))
+        fits = [together(laid(self._map.keys(place), self._view)) for place in places.tolist()]
+        told = self._calibrations[cameras].log_ratios(np.array([score(fit) for fit in fits]))
         told = unless_blind(told, self._map.profile.log_ratio.blind)
         told[[fit.matches < FEWEST for fit in fits]] = 0.0
         return nearest_of_neighbours(places, told, np.log([fit.scale for fit in fits]))
@@ -73,25 +65,6 @@ class KeyBlock:
         """Scores of places elsewhere, by the keys of some cameras at the reference's own views."""
         fits = [together({camera: fit for camera, fit in pair.items() if camera in cameras}) for pair in self._pairs]
         return Calibration(np.array([score(fit) for fit in fits if fit.matches >= FEWEST]))
-
-    def _power(self, cameras: frozenset[str]) -> float:
-        """Power of the ratios at which, times the words' of the same cameras, places elsewhere average 1 or less.
-
-        Doors that are alike deceive words and fit together. The reference's own views tell by how much, each laid on
-        the places that its words name.
-        """
-        words, fits = [np.zeros(0)], [np.zeros(0)]
-        for first, sequence in zip(self._map.first[:-1].tolist(), self._map.sequences, strict=True):
-            chosen = spread(sequence, VIEWS)
-            for view, shown in zip(chosen.tolist(), sequence.shown(chosen, cameras), strict=True):
-                by_words, far = sequence.log_ratios(shown), elsewhere(sequence, view)
-                asked = np.argsort(-by_words, kind="stable")[: OPEN * self.most]
-                keys = {camera: keys for camera, keys in self._map.keys(first + view).items() if camera in cameras}
-                told = np.zeros(len(sequence))
-                told[asked] = self._ratios(first + asked, keys, self._calibrations[cameras])
-                words.append(by_words[far])
-                fits.append(told[far])
-        return power_of(np.concatenate(fits), np.concatenate(words))
 
     @cached_property
     def _pairs(self) -> list[dict[str, KeyFit]]:
