@@ -1,13 +1,12 @@
 """Learning a map: a first drive becomes a reference sequence, one place a view (familiarisation)."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import accumulate
 from numbers import Integral
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from refseq.dead_reckoning import dead_reckoned
 from refseq.errors import MapError, ViewError
 from refseq.features.extractor import Extractor
 from refseq.features.sift import NO_KEYS, SiftKeys, SiftWords
@@ -21,7 +20,6 @@ from refseq.map.paths.keys import PathKeys
 from refseq.map.profile import THESIS, Profile, profile_of
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
-from refseq.planar import Pose, after_motion
 from refseq.scan_matching.panorama import panoramas
 from refseq.view import LASER, View
 
@@ -88,18 +86,6 @@ class _KeysOnTheWay:
 
     def learnt(self) -> Mapping[str, PathKeys]:
         return {camera: PathKeys.of(views) for camera, views in self._found.items()}
-
-
-def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:
-    """Poses of views by their odometry, (K, 3): x, y [m] and heading [rad]; (0, 3) without any.
-
-    The first is at ``start``, by default the origin.
-    """
-    if not any(view.distance or view.turn for view in views[1:]):
-        return np.zeros((0, 3))
-    begin = start or Pose(0.0, 0.0, 0.0)
-    poses = accumulate(views[1:], lambda pose, view: after_motion(pose, view.distance, view.turn), initial=begin)
-    return np.array([(pose.x, pose.y, pose.heading) for pose in poses])
 
 
 def check_way(views: Sequence[View]) -> None:

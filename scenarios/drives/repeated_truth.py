@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import dead_reckoned
 from refseq.view import View
 
 SAME_HEADING, SAME_PLACE = 1e-4, 1.0
@@ -15,8 +16,6 @@ robot moves it a little, and turns nothing."""
 
 def repeats_odometry(views: Sequence[View]) -> bool:
     """Tell whether the true poses of all views are one path with the odometry."""
-    from refseq.map.learning import dead_reckoned
-
     true = [view.truth for view in views if view.truth is not None]
     if len(true) < len(views) or len(views) < 2:
         return False

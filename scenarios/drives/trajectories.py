@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from refseq.belief import Belief
+from refseq.dead_reckoning import dead_reckoned
 from refseq.logs.trajectories import TrajectoryFormat, write_trajectory
-from refseq.map.learning import dead_reckoned
 from refseq.map.map import Map, MapFrame
 from refseq.planar import Pose
 from refseq.view import View

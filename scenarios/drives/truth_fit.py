@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import dead_reckoned
 from refseq.pose_graph import motions_between, ways_along, wrapped
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
@@ -55,8 +56,6 @@ class TruthFit:
 
 def truth_fit(views: Sequence[View]) -> TruthFit | None:
     """Compare the true poses of views with their odometry; None where there is too little of either."""
-    from refseq.map.learning import dead_reckoned
-
     known = [index for index, view in enumerate(views) if view.truth is not None]
     odometry = dead_reckoned(views)
     if len(known) < 2 or not len(odometry):

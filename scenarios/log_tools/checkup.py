@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import dead_reckoned
 from refseq.errors import LogError
 from refseq.logs import open_log
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
-from refseq.map.learning import dead_reckoned
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection, plan_drive
 from refseq_bench.scenarios.drives.repeated_truth import one_path

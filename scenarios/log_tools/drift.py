@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.map.learning import dead_reckoned
+from refseq.dead_reckoning import dead_reckoned
 from refseq.pose_graph import ways_along
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError

@@ -16,7 +16,7 @@ from refseq.atlas.loops import NEVER, elsewhere
 from refseq.atlas.merge import merge_maps
 from refseq.atlas.routes import CHANGE, place_of, shortest_route
 from refseq.belief import Stage, Timings
-from refseq.map.learning import dead_reckoned
+from refseq.dead_reckoning import dead_reckoned
 from refseq.map.localiser import localise
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement

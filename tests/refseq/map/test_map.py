@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from refseq.map.learning import dead_reckoned, learn
+from refseq.dead_reckoning import dead_reckoned
+from refseq.map.learning import learn
 from refseq.map.map import Map, MapFrame, beside
 from refseq.planar import Pose, motion_between
 from refseq.view import View
