@@ -22,14 +22,13 @@ MOST = 500.0
 """Peak resident memory of the whole process [MB]."""
 
 READ = """
-import re, sys
+import sys
 from pathlib import Path
 from refseq.logs import read_recording
+from tests.benchmarks.peak import peak_megabytes
 views = read_recording(Path(sys.argv[1]), thin=0.85).views
 pixels = sum(int(image[0, 0]) * 0 + image.size for view in views for image in view.images.values())
-# Not getrusage's peak: a new program inherits that of the process which started it.
-peak = int(re.search("VmHWM:\\s+([0-9]+) kB", Path("/proc/self/status").read_text())[1]) / 1024
-print(len(views), pixels, peak)
+print(len(views), pixels, peak_megabytes())
 """
 
 
