@@ -8,7 +8,7 @@ words then.
 import os
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""What the environment tells them. Each reads it when it is loaded."""
+"""Variables of the environment that tell them so, read by each when it is loaded."""
 
 
 def sum_in_one_thread() -> None:

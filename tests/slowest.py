@@ -8,7 +8,7 @@ COUNT = 10
 
 
 class Report(Protocol):
-    """What pytest reports of a test's phase: its name, and the seconds that it took."""
+    """Report by pytest of a test's phase: its name, and the seconds that it took."""
 
     nodeid: str
     duration: float

@@ -36,7 +36,7 @@ KNOWN = 0.9
 
 @dataclass(frozen=True, slots=True)
 class TruthFit:
-    """How true poses go with odometry: ``fitting`` of ``pieces`` of the way, ``metres`` long each, tell the same.
+    """Agreement of true poses with odometry: ``fitting`` of ``pieces`` of the way, ``metres`` long each, tell the same.
 
     Its headings are turned by ``aside`` [rad] against the odometry's throughout; odometry shows ``length`` metres for
     each true one, the median over pieces that fit, nan where none does.
@@ -119,7 +119,7 @@ class TruthDoubt:
 
 
 def truth_doubt(views: Sequence[View], truth: str, drive: str) -> TruthDoubt | None:
-    """What speaks against the true poses of some views, None: nothing; ``truth`` and ``drive`` are how to call them."""
+    """Doubt about the true poses of some views, None: nothing against them; ``truth`` and ``drive`` are their names."""
     fit = truth_fit(views)
     if fit is None:
         return None

@@ -118,7 +118,7 @@ def _planned(source: LogSource, selection: DriveSelection) -> tuple[ViewPlan | N
 
 
 def _doubts(plan: ViewPlan | None, selection: DriveSelection) -> tuple[str, ...]:
-    """What speaks against the true poses. Raises ``ScenarioError`` for given ones of another drive, as reading does."""
+    """Doubts about the true poses. Raises ``ScenarioError`` for given ones of another drive, as reading does."""
     if plan is None or not motion_origin(plan.findings):
         return ()
     name = plan.source.path.name

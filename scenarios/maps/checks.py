@@ -89,8 +89,7 @@ def check_made(decisions: Sequence[Decision], by_a_person: str) -> None:
 
 def in_words(decision: Decision) -> str:
     """The stretches of a decision."""
-    sides = (decision.one, decision.first), (decision.other, decision.second)
-    return " = ".join(f"{name} {first}-{last}" for name, (first, last) in sides)
+    return " = ".join(f"{name} {first}-{last}" for (first, last), name in decision.sides)
 
 
 def _lead(first: Decision, second: Decision, to: Decision) -> bool:
@@ -116,7 +115,7 @@ def _check_views_of(decisions: Sequence[Decision], views: Mapping[str, int]) -> 
                 f"decisions: {in_words(decision)} is one path that comes back to itself; valid is an earlier stretch, "
                 "then a later one"
             )
-        for name, (first, last) in ((decision.one, decision.first), (decision.other, decision.second)):
+        for (first, last), name in decision.sides:
             if last >= views[name]:
                 raise ScenarioError(
                     f"decisions: {name!r} has no views {first} to {last}; valid are 0 to {views[name] - 1}"

@@ -25,10 +25,10 @@ READ = """
 import sys
 from pathlib import Path
 from refseq.logs import read_recording
-from tests.benchmarks.peak import peak_megabytes
+from tests.benchmarks.peak import peak_bytes
 views = read_recording(Path(sys.argv[1]), thin=0.85).views
 pixels = sum(int(image[0, 0]) * 0 + image.size for view in views for image in view.images.values())
-print(len(views), pixels, peak_megabytes())
+print(len(views), pixels, peak_bytes() / 1e6)
 """
 
 

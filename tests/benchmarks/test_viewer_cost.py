@@ -98,7 +98,7 @@ def test_logging_a_view_costs_little_of_making_and_localising_it(
 LONG_DRIVE = """
 import sys
 from pathlib import Path
-from tests.benchmarks.peak import peak_megabytes
+from tests.benchmarks.peak import peak_bytes
 from tests.benchmarks.test_viewer_cost import long_drive, long_answers, PLACES
 from refseq.viewer.belief_log import LocaliserLayer
 from refseq.viewer.places import Places
@@ -111,7 +111,7 @@ with saved(path, "long") as stream:
     logger = LiveLogger(stream, [LocaliserLayer("own", ("chain",), places)], expect=count)
     for view, belief in zip(long_drive(count), long_answers(count)):
         logger.update(view, {"own": {"chain": belief}})
-print(peak_megabytes(), path.stat().st_size / 1e6)
+print(peak_bytes() / 1e6, path.stat().st_size / 1e6)
 """
 
 

@@ -3,7 +3,6 @@
 Times are of the clock and of the processor, which a busy machine disturbs less.
 """
 
-import resource
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import NamedTuple
@@ -20,6 +19,7 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan, world_names
+from tests.benchmarks.peak import peak_bytes
 from tests.benchmarks.stopwatch import Stopwatch
 
 pytestmark = pytest.mark.benchmark
@@ -44,7 +44,7 @@ class Loading(NamedTuple):
 
 
 def most_resident() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
+    return peak_bytes() / 2**20
 
 
 def loading(name: str, kind: RendererKind) -> Loading:

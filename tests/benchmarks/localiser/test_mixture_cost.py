@@ -1,6 +1,5 @@
 """What the mixture costs as the map grows: one view of 200 visible features, from a hundred to 100 000 places."""
 
-import resource
 import time
 
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 
 from refseq.inference.matching.columns import Rows, distinct_columns
 from refseq.inference.matching.mixture import MixtureForm, MixtureSettings, match_view
+from tests.benchmarks.peak import peak_bytes
 
 pytestmark = pytest.mark.benchmark
 SIZES = (100, 1_000, 10_000, 100_000)
@@ -53,7 +53,7 @@ def test_the_cost_of_a_match_as_the_map_grows(common: int) -> None:
         distinct = len(distinct_columns(rows).multiplicity)
         costs = [milliseconds(rows, form) for form in MixtureForm]
         numbers = "  ".join(f"{cost:10.2f}" for cost in costs)
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+        peak = peak_bytes() // 10**6
         print(f"{K:7d}  {distinct:16d}  {numbers}  {'':12}  {peak:9d}")
         found.append(costs[0])
     # A thousand times the places, and far from a thousand times the work: what grows is the distinct columns.

@@ -33,7 +33,7 @@ def drive(seed: int, change: int = 0) -> list[View]:
 
 
 def pictures(number: int) -> dict[str, NDArray[np.uint8]]:
-    """What the cameras see so many views along the corridor."""
+    """Pictures of the cameras so many views along the corridor."""
     return {name: texture(number * SPACING, 96, 1.0, i) for i, name in enumerate(CAMERAS)}
 
 
