@@ -115,8 +115,8 @@ def _among(one: FoundOverlap, several: Sequence[FoundOverlap]) -> bool:
 
 
 def _lie(share: float) -> str:
-    """Agreement of scans that are laid on each other, in words."""
-    return f"lie on each other to {share:.1%}"
+    """Agreement of scans that are laid on each other, in words, never rounded up to what would be valid."""
+    return f"lie on each other to {np.floor(1000 * share) / 1000:.1%}"
 
 
 def _in_order(found: FoundOverlap) -> tuple[object, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.consistency import LaidPairs
-from refseq.pose_graph import motions_between, moved, ways_along
+from refseq.pose_graph import motions_between, moved, ways_along, wrapped
 from refseq.scan_matching.walls import ScanWalls
 
 EVERY, SCANS = 5.0, 4
@@ -27,6 +27,8 @@ BEAMS = 6
 """Every so many-th beam is compared at first."""
 NEAR = 1.0
 """Views that scans lay so near each other [m] are a pair; or as far as views are apart."""
+ANOTHER_WAY = np.radians(60)
+"""Views turned by so much [rad] and more are no pair, however near: a robot that comes back crosses its own way."""
 STAYS = 0.01
 """Share of the scans that a metre of shift has to bring: along a bare corridor all shifts are as good."""
 
@@ -139,14 +141,27 @@ def _paired(one: ScannedPath, other: ScannedPath, found: Sequence[ScanWindow]) -
         mine, its = window.middle
         views = np.unique(window.pairs[:, 0])
         there = moved(motions_between(window.motion, np.zeros(3)), motions_between(one.track[mine], one.track[views]))
-        beside = motions_between(other.track[its], other.track[among])
-        off = np.hypot(*(there[:, None, :2] - beside[None, :, :2]).transpose(2, 0, 1))
+        apart = there[:, None] - motions_between(other.track[its], other.track[among])[None]
+        off = np.where(np.abs(wrapped(apart[..., 2])) < ANOTHER_WAY, np.hypot(apart[..., 0], apart[..., 1]), np.inf)
         near = off.min(axis=1) <= max(spacing, NEAR)
         pairs.append(np.column_stack([views[near], among[off.argmin(axis=1)[near]]]))
     every = np.concatenate(pairs)
-    highest = np.maximum.accumulate(every[:, 1]) if len(every) else every[:, 1]
-    rising = np.append(True, every[1:, 1] > highest[:-1])[: len(every)]
-    return np.asarray(every[rising], np.intp)
+    return np.asarray(every[longest_rising(every[:, 1])], np.intp)
+
+
+def longest_rising(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Indices of the longest rising part of a sequence: one number out of order costs no more than itself."""
+    lengths, before = np.zeros(len(numbers), np.intp), np.full(len(numbers), -1)
+    for i, number in enumerate(numbers):
+        lower = np.where(numbers[:i] < number, lengths[:i], 0)
+        if lower.any():
+            before[i] = lower.argmax()
+        lengths[i] = 1 + lower.max(initial=0)
+    kept, i = [], int(lengths.argmax()) if len(numbers) else -1
+    while i >= 0:
+        kept.append(i)
+        i = int(before[i])
+    return np.array(kept[::-1], np.intp)
 
 
 def _window(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> ScanWindow:

@@ -1,10 +1,14 @@
 """Scans laid on each other, in corridors of known geometry."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from refseq.atlas.scans import ScannedPath, laid_on, scale_between, windows
+from refseq.atlas.scans import ScannedPath, laid_on, longest_rising, scale_between, windows
 from refseq.planar import Pose
 from refseq.pose_graph import motions_between
 from refseq.scan_matching.panorama import panorama
@@ -51,6 +55,32 @@ def test_an_alignment_that_slid_is_put_right(slide: int) -> None:
     assert laid.share > 0.99
     assert len(laid.pairs) >= 6
     assert (laid.pairs[:, 0] == laid.pairs[:, 1]).all()
+
+
+def test_a_drive_that_comes_back_over_its_own_way_lies_on_itself_view_by_view() -> None:
+    """Views of the way there and of the way back are at the same spots, and look another way."""
+    there = np.column_stack([8.0 + np.arange(8), np.zeros(8), np.zeros(8)])
+    back = np.column_stack([15.0 - np.arange(8), np.full(8, 0.02), np.full(8, np.pi)])
+    poses = np.concatenate([there, back])
+    scans = np.stack([panorama(cast(CORRIDOR, Pose(*pose))) for pose in poses.tolist()])
+    path = ScannedPath.of(motions_between(poses[0], poses), scans)
+    assert path is not None
+    every = np.column_stack([np.arange(16), np.arange(16)])
+    assert laid_on(path, path, every, 0.87).pairs.tolist() == every.tolist()
+
+
+@given(st.lists(st.integers(0, 9), max_size=8))
+def test_the_longest_rising_part_is_the_longest_of_all_parts(numbers: list[int]) -> None:
+    kept = longest_rising(np.array(numbers, np.intp)).tolist()
+    picked = [numbers[i] for i in kept]
+    assert kept == sorted(kept) and all(a < b for a, b in zip(picked, picked[1:], strict=False))
+    rising = (
+        size
+        for size in range(len(numbers), -1, -1)
+        for part in combinations(numbers, size)
+        if all(a < b for a, b in zip(part, part[1:], strict=False))
+    )
+    assert len(kept) == next(rising)
 
 
 def test_an_odometer_of_another_scale_lays_scans_as_well() -> None:
