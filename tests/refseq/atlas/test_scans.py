@@ -1,6 +1,6 @@
 """Scans laid on each other, in corridors of known geometry."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -73,12 +73,13 @@ def test_a_drive_that_comes_back_over_its_own_way_lies_on_itself_view_by_view() 
 def test_the_longest_rising_part_is_the_longest_of_all_parts(numbers: list[int]) -> None:
     kept = longest_rising(np.array(numbers, np.intp)).tolist()
     picked = [numbers[i] for i in kept]
-    assert kept == sorted(kept) and all(a < b for a, b in zip(picked, picked[1:], strict=False))
+    assert kept == sorted(kept)
+    assert all(a < b for a, b in pairwise(picked))
     rising = (
         size
         for size in range(len(numbers), -1, -1)
         for part in combinations(numbers, size)
-        if all(a < b for a, b in zip(part, part[1:], strict=False))
+        if all(a < b for a, b in pairwise(part))
     )
     assert len(kept) == next(rising)
 
