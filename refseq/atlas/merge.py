@@ -9,8 +9,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.atlas.beyond import beyond
 from refseq.atlas.consistency import CandidateJoin, JoinGraph, LaidPairs, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
+from refseq.atlas.look_alikes import LookAlike, look_alikes, told_inside
 from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import SPACING, LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.scans import LaidScans, ScannedPath, laid_on, scale_between
@@ -65,6 +67,7 @@ def merge_maps(
     found = merging.found()
     added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
     own = [merging.wish(wish) for wish in added]
+    found = merging.doubted(found, merging.verdicts(found, wishes, own))
     found, verdicts = merging.found_beside(found, merging.verdicts(found, wishes, own))
     decided = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
     told = [confirm(wished(decision, wishes)) for decision in decided]
@@ -171,7 +174,20 @@ class _Merging:
         if laid.share < self._settings.alike or not len(laid.pairs):
             overlap = replace(found.overlap, alike=laid.share, objection=f"its scans {_lie(laid.share)}")
             return replace(found, overlap=overlap)
-        return self._cut(found, laid)
+        return self._cut(found, laid) if found.is_loop else self._continued(self._cut(found, laid), laid)
+
+    def _continued(self, found: FoundOverlap, laid: LaidScans) -> FoundOverlap:
+        """An overlap, objected to where its paths go on beside each other, past walls that are not the same."""
+        one, other = self._scans[found.one], self._scans[found.other]
+        if found.overlap.objection or one is None or other is None:
+            return found
+        past = beyond(one, other, laid)
+        if past is None or past.share >= laid.share - self._settings.worse:
+            return found
+        objection = (
+            f"its scans {_lie(laid.share)}, but only to {past.share:.1%} where both paths go on for {past.metres:.1f} m"
+        )
+        return replace(found, overlap=replace(found.overlap, objection=objection))
 
     def _cut(self, found: FoundOverlap, laid: LaidScans) -> FoundOverlap:
         """An overlap cut to what scans lay on each other, and doubted where they leave room for it."""
@@ -200,6 +216,25 @@ class _Merging:
         # Joins' bars were chosen with the mean of their pairs; of a loop scans tell more, where they lie well.
         told = laid.middles if found.is_loop and laid.share >= valid.same else None
         return replace(found, views=views, overlap=cut, laid=told)
+
+    def doubted(self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]) -> list[FoundOverlap]:
+        """The overlaps, each that tells of a look-alike only with a doubt."""
+        loops = (
+            (one.one, one.views, one.overlap, verdict)
+            for one, verdict in zip(found, verdicts, strict=True)
+            if one.is_loop
+        )
+        known = look_alikes(loops, self._settings.same)
+        return [one if one.is_loop else self._doubted(one, known) for one in found]
+
+    def _doubted(self, found: FoundOverlap, known: Sequence[LookAlike]) -> FoundOverlap:
+        for path, views in zip((found.one, found.other), found.views.T, strict=True):
+            its = self._map.paths[path]
+            if twin := told_inside(path, views, its.along, known, self._settings.least):
+                first, last = twin.again
+                doubt = f"inside a stretch that views {first} to {last} of {its.name!r} look like"
+                return replace(found, overlap=replace(found.overlap, doubt=found.overlap.doubt or doubt))
+        return found
 
     def found_beside(
         self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]

@@ -53,7 +53,8 @@ class OverlapSettings:
     Where the laser's scans are known, those of an overlap have to lie on each other (``refseq.atlas.scans``): of the
     beams whose ends both can see the share ``alike`` has to meet walls for both, else it is none. Below ``same`` it is
     doubtful: full rooms do not come to ``same``, and bare corridors that are not one come to more than ``alike``. Scans
-    that are alike to ``exact`` take all doubt from an overlap with evidence of ``walled`` [nats·m].
+    that are alike to ``exact`` take all doubt from an overlap with evidence of ``walled`` [nats·m]. It is none where
+    both paths go on beside each other, and the share is less there by ``worse`` (``refseq.atlas.beyond``).
     """
 
     sure: float = 0.5
@@ -73,6 +74,7 @@ class OverlapSettings:
     same: float = 0.98
     exact: float = 0.995
     walled: float = 25.0
+    worse: float = 0.08
     runs: RunSettings = field(default_factory=RunSettings)
     most: int = 0
     rounds: int = 0
@@ -98,7 +100,7 @@ class OverlapSettings:
         ):
             if not 0 <= getattr(self, name) < np.inf:
                 raise MapError(f"overlap.{name} is {getattr(self, name)} {unit}; valid is 0 or more")
-        for name in ("met", "surely", "held", "surely_held", "alike", "same", "exact"):
+        for name in ("met", "surely", "held", "surely_held", "alike", "same", "exact", "worse"):
             if not 0 <= getattr(self, name) <= 1:
                 raise MapError(f"overlap.{name} is {getattr(self, name)}; valid is 0 to 1")
         if not 1 <= self.stretched < np.inf:

@@ -138,15 +138,32 @@ def _paired(one: ScannedPath, other: ScannedPath, found: Sequence[ScanWindow]) -
     among = np.arange(max(last.min() - reach, 0), min(last.max() + reach + 1, len(other.track)))
     pairs = []
     for window in found:
-        mine, its = window.middle
         views = np.unique(window.pairs[:, 0])
-        there = moved(motions_between(window.motion, np.zeros(3)), motions_between(one.track[mine], one.track[views]))
-        apart = there[:, None] - motions_between(other.track[its], other.track[among])[None]
-        off = np.where(np.abs(wrapped(apart[..., 2])) < ANOTHER_WAY, np.hypot(apart[..., 0], apart[..., 1]), np.inf)
-        near = off.min(axis=1) <= max(spacing, NEAR)
-        pairs.append(np.column_stack([views[near], among[off.argmin(axis=1)[near]]]))
+        beside, off = beside_each(one, other, window.middle, window.motion, views, among)
+        near = off <= max(spacing, NEAR)
+        pairs.append(np.column_stack([views[near], beside[near]]))
     every = np.concatenate(pairs)
     return np.asarray(every[longest_rising(every[:, 1])], np.intp)
+
+
+def beside_each(
+    one: ScannedPath,
+    other: ScannedPath,
+    middle: tuple[int, int],
+    motion: NDArray[np.float64],
+    views: NDArray[np.intp],
+    among: NDArray[np.intp],
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """The view of the other path ``among`` some that is nearest to each of the one's ``views`` (n,), and how near [m].
+
+    ``motion`` (3,) is where the other's view of a pair, its ``middle``, is as seen from the one's; from there on both
+    go by odometry. Infinity where none looks the same way.
+    """
+    mine, its = middle
+    there = moved(motions_between(motion, np.zeros(3)), motions_between(one.track[mine], one.track[views]))
+    apart = there[:, None] - motions_between(other.track[its], other.track[among])[None]
+    off = np.where(np.abs(wrapped(apart[..., 2])) < ANOTHER_WAY, np.hypot(apart[..., 0], apart[..., 1]), np.inf)
+    return among[off.argmin(axis=1)], off.min(axis=1)
 
 
 def longest_rising(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -166,7 +183,7 @@ def longest_rising(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
 
 def _window(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> ScanWindow:
     """Lay the scans of some pairs on each other: a coarse grid, then finer ones around the best and where they were."""
-    lying = _Lying(one, other, pairs)
+    lying = ScanPairs(one, other, pairs)
     steps = [np.linspace(-far, far, count) for far, count in ((SLIDE, 10), (ASIDE, 7), (ASKEW, 17))]
     grid = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
     worth = lying.worth(grid, BEAMS)
@@ -178,7 +195,7 @@ def _window(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> Sc
     return ScanWindow(pairs, float(lying.shares(found[1][None])[0]), found[1])
 
 
-class _Lying:
+class ScanPairs:
     """Pairs of scans, at most ``SCANS`` of those of a window, to be laid on each other by one relative pose."""
 
     def __init__(self, one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> None:
