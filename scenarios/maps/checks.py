@@ -3,6 +3,9 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from refseq.atlas.decision import Decision
 from refseq.errors import MapError
 from refseq.map.map import Map, check_names
@@ -11,6 +14,8 @@ from refseq_bench.scenarios.errors import ScenarioError
 
 SAME = 2.0
 """Views that joins lead to within so many of each other are one: a person counts no nearer."""
+ROUNDED = 0.02
+"""Lengths in a file of decisions are those of the maps within so much [m]."""
 
 
 def read_maps(
@@ -39,6 +44,7 @@ def read_maps(
         except MapError as error:
             raise MapError(f"{path}: {error}") from error
     _check_views_of(decisions, dict(views))
+    _check_lengths_of(decisions, {path.name: path.along for one in maps for path in one.paths})
     check_agreeing(decisions)
     return maps
 
@@ -119,4 +125,17 @@ def _check_views_of(decisions: Sequence[Decision], views: Mapping[str, int]) -> 
             if last >= views[name]:
                 raise ScenarioError(
                     f"decisions: {name!r} has no views {first} to {last}; valid are 0 to {views[name] - 1}"
+                )
+
+
+def _check_lengths_of(decisions: Sequence[Decision], along: Mapping[str, NDArray[np.float64]]) -> None:
+    """Tell of decisions about paths of other maps that have the same names; ``along`` (V,) [m] are those of each."""
+    for decision in (one for one in decisions if any(one.lengths)):
+        for ((first, last), name), told in zip(decision.sides, decision.lengths, strict=True):
+            length = float(along[name][last] - along[name][first])
+            if abs(length - told) > ROUNDED:
+                raise ScenarioError(
+                    f"decisions: views {first} to {last} of {name!r} are {length:.2f} m, and lengths_m says {told:.2f}: "
+                    "it was written for other maps; valid are decisions about these, or a join without lengths_m where "
+                    "you changed its views"
                 )

@@ -166,6 +166,20 @@ def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Pat
     assert (kept.first, kept.second) == (ruling.first, ruling.second)
 
 
+def test_decisions_about_other_maps_of_the_same_names_are_refused(refseq: Refseq, here: Path) -> None:
+    words = ["map", "merge", "west.refseq", "east.refseq"]
+    assert refseq(*words, "-o", "whole.refseq", "--write-decisions", "joins.toml").code == 0
+    text = (here / "joins.toml").read_text().replace("joined = true", "joined = false")
+    found = re.search(r"lengths_m = \[(\d+\.\d+)", text)
+    assert found
+    (here / "joins.toml").write_text(text.replace(found[0], f"lengths_m = [{float(found[1]) + 0.5:.2f}", 1))
+    answer = refseq(*words, "-o", "x.refseq", "--decisions", "joins.toml")
+    assert (answer.code, answer.out) == (2, "")
+    assert f"'west' are {found[1]}" in answer.err
+    assert answer.err.endswith("or a join without lengths_m where you changed its views\n")
+    assert not (here / "x.refseq").exists()
+
+
 def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path) -> None:
     refuse = Decision("west", "east", (14, 27), (0, 11), (0, 0), False, BY_A_PERSON)
     write_decisions(here / "no.toml", [refuse])
