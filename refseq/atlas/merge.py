@@ -177,12 +177,15 @@ class _Merging:
         return self._cut(found, laid) if found.is_loop else self._continued(self._cut(found, laid), laid)
 
     def _continued(self, found: FoundOverlap, laid: LaidScans) -> FoundOverlap:
-        """An overlap, objected to where its paths go on beside each other, past walls that are not the same."""
-        one, other = self._scans[found.one], self._scans[found.other]
-        if found.overlap.objection or one is None or other is None:
+        """An overlap, objected to where its paths go on beside each other, past walls that are not the same.
+
+        Rooms so full that scans of one place hardly agree tell nothing by that: there an overlap is doubtful anyhow.
+        """
+        valid, one, other = self._settings, self._scans[found.one], self._scans[found.other]
+        if found.overlap.objection or laid.share < valid.same or one is None or other is None:
             return found
         past = beyond(one, other, laid)
-        if past is None or past.share >= laid.share - self._settings.worse:
+        if past is None or past.share >= laid.share - valid.worse:
             return found
         objection = (
             f"its scans {_lie(laid.share)}, but only to {past.share:.1%} where both paths go on for {past.metres:.1f} m"

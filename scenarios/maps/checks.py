@@ -135,7 +135,7 @@ def _check_lengths_of(decisions: Sequence[Decision], along: Mapping[str, NDArray
             length = float(along[name][last] - along[name][first])
             if abs(length - told) > ROUNDED:
                 raise ScenarioError(
-                    f"decisions: views {first} to {last} of {name!r} are {length:.2f} m, and lengths_m says {told:.2f}: "
-                    "it was written for other maps; valid are decisions about these, or a join without lengths_m where "
-                    "you changed its views"
+                    f"decisions: views {first} to {last} of {name!r} are {length:.2f} m, and lengths_m says "
+                    f"{told:.2f}: it was written for other maps; valid are decisions about these, or a join without "
+                    "lengths_m where you changed its views"
                 )
