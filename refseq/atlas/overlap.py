@@ -53,8 +53,8 @@ class OverlapSettings:
     Where the laser's scans are known, those of an overlap have to lie on each other (``refseq.atlas.scans``): of the
     beams whose ends both can see the share ``alike`` has to meet walls for both, else it is none. Below ``same`` it is
     doubtful: full rooms do not come to ``same``, and bare corridors that are not one come to more than ``alike``. Scans
-    that are alike to ``exact`` take all doubt from an overlap with evidence of ``walled`` [nats·m]. One that is alike to
-    ``same`` is none where both paths go on beside each other, alike to less by ``worse`` (``refseq.atlas.beyond``).
+    that are alike to ``exact`` take all doubt from an overlap with evidence of ``walled`` [nats·m]. One that is alike
+    to ``same`` is none where both paths go on beside each other, alike to less by ``worse`` (``refseq.atlas.beyond``).
     """
 
     sure: float = 0.5
