@@ -9,13 +9,12 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.beyond import beyond
-from refseq.atlas.consistency import CandidateJoin, JoinGraph, LaidPairs, Verdict
+from refseq.atlas.consistency import CandidateJoin, JoinGraph, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
-from refseq.atlas.look_alikes import LookAlike, look_alikes, told_inside
+from refseq.atlas.found import FoundOverlap
 from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import SPACING, LaidViews, Overlap, OverlapSettings, PairSearch
-from refseq.atlas.scans import LaidScans, ScannedPath, laid_on, scale_between
+from refseq.atlas.scan_check import ScanCheck, lie
 from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
 from refseq.errors import MapError
 from refseq.map.map import Map, beside, check_is_map
@@ -27,7 +26,7 @@ class Merged:
 
     map: Map
     decisions: tuple[Decision, ...]
-    found: tuple["FoundOverlap", ...] = ()
+    found: tuple[FoundOverlap, ...] = ()
     """Stretches that the decisions are about, one each."""
     strained: tuple[Decision, ...] = ()
     """Joins that a person made, and that odometry and all other joins contradict."""
@@ -67,7 +66,7 @@ def merge_maps(
     found = merging.found()
     added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
     own = [merging.wish(wish) for wish in added]
-    found = merging.doubted(found, merging.verdicts(found, wishes, own))
+    found = merging.scans.doubted(found, merging.verdicts(found, wishes, own))
     found, verdicts = merging.found_beside(found, merging.verdicts(found, wishes, own))
     decided = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
     told = [confirm(wished(decision, wishes)) for decision in decided]
@@ -86,40 +85,8 @@ def merge_maps(
     return Merged(merging.map(joined), tuple(told), tuple(found), tuple(against))
 
 
-@dataclass(frozen=True)
-class FoundOverlap:
-    """An overlap of two paths by their numbers, with the ``views`` (n, 2) of its places.
-
-    ``one`` keeps the places, and is the path that had fewer of them when it was learnt; ``other`` gives them away. Of a
-    loop both are the same path, which keeps all its places.
-    """
-
-    one: int
-    other: int
-    views: NDArray[np.intp]
-    overlap: Overlap
-    laid: LaidPairs | None = None
-    """Relative poses of some of its views by their scans, of a loop."""
-
-    @property
-    def is_loop(self) -> bool:
-        """True where a path comes back to itself."""
-        return self.one == self.other
-
-    @property
-    def join(self) -> CandidateJoin:
-        """The overlap as a join to be decided about."""
-        alone = not self.overlap.doubt
-        return CandidateJoin(self.one, self.other, self.views, self.overlap.evidence, alone, laid=self.laid)
-
-
 def _among(one: FoundOverlap, several: Sequence[FoundOverlap]) -> bool:
     return any(one is each for each in several)
-
-
-def _lie(share: float) -> str:
-    """Agreement of scans that are laid on each other, in words, never rounded up to what would be valid."""
-    return f"lie on each other to {np.floor(1000 * share) / 1000:.1%}"
 
 
 def _in_order(found: FoundOverlap) -> tuple[object, ...]:
@@ -137,7 +104,7 @@ class _Merging:
         self._number = {path.name: number for number, path in enumerate(map_.paths)}
         self._tracks = [track_of(map_, path) for path in map_.paths]
         self._held = held_joins(map_)
-        self._scans = [ScannedPath.of(track, path.scans) for track, path in zip(self._tracks, map_.paths, strict=True)]
+        self.scans = ScanCheck(map_, self._tracks, settings)
 
     @cached_property
     def _pairs(self) -> list[tuple[str, str, PairSearch]]:
@@ -160,84 +127,7 @@ class _Merging:
     def _found(self, one: str, other: str, overlap: Overlap) -> FoundOverlap:
         ours, theirs = views_of(self._map, one), views_of(self._map, other)
         pairs = np.column_stack([ours[overlap.pairs[:, 0]], theirs[overlap.pairs[:, 1]]])
-        return self._scanned(FoundOverlap(self._number[one], self._number[other], pairs, overlap))
-
-    def _scanned(self, found: FoundOverlap) -> FoundOverlap:
-        """The part of an overlap whose scans lie on each other, with the views that they lay beside each other."""
-        one, other = self._scans[found.one], self._scans[found.other]
-        if found.overlap.objection or one is None or other is None:
-            return found
-        laid = laid_on(one, other, found.views, self._settings.alike)
-        if not found.is_loop and (scale := scale_between(*found.overlap.lengths)):
-            scaled = laid_on(one, other.scaled(scale), found.views, self._settings.alike)
-            laid = max(laid, scaled, key=lambda each: each.share)
-        if laid.share < self._settings.alike or not len(laid.pairs):
-            overlap = replace(found.overlap, alike=laid.share, objection=f"its scans {_lie(laid.share)}")
-            return replace(found, overlap=overlap)
-        return self._cut(found, laid) if found.is_loop else self._continued(self._cut(found, laid), laid)
-
-    def _continued(self, found: FoundOverlap, laid: LaidScans) -> FoundOverlap:
-        """An overlap, objected to where its paths go on beside each other, past walls that are not the same.
-
-        Rooms so full that scans of one place hardly agree tell nothing by that: there an overlap is doubtful anyhow.
-        """
-        valid, one, other = self._settings, self._scans[found.one], self._scans[found.other]
-        if found.overlap.objection or laid.share < valid.same or one is None or other is None:
-            return found
-        past = beyond(one, other, laid)
-        if past is None or past.share >= laid.share - valid.worse:
-            return found
-        objection = (
-            f"its scans {_lie(laid.share)}, but only to {past.share:.1%} where both paths go on for {past.metres:.1f} m"
-        )
-        return replace(found, overlap=replace(found.overlap, objection=objection))
-
-    def _cut(self, found: FoundOverlap, laid: LaidScans) -> FoundOverlap:
-        """An overlap cut to what scans lay on each other, and doubted where they leave room for it."""
-        valid, overlap = self._settings, found.overlap
-        held = [views_of(self._map, self._map.paths[path].name) for path in (found.one, found.other)]
-        views = laid.pairs[np.isin(laid.pairs[:, 0], held[0]) & np.isin(laid.pairs[:, 1], held[1])]
-        along = [self._map.paths[path].along for path in (found.one, found.other)]
-        lengths = [float(np.ptp(way[side])) if len(side) else 0.0 for way, side in zip(along, views.T, strict=True)]
-        if min(lengths) < (least := valid.held * valid.least):
-            objection = f"its scans lie on each other for {min(lengths):.1f} m only; valid is {least:g} m"
-            return replace(found, overlap=replace(overlap, alike=laid.share, objection=objection))
-        evidence = overlap.evidence * sum(lengths) / max(sum(overlap.lengths), 1e-9)
-        doubt = overlap.doubt
-        if laid.share < valid.same:
-            doubt = doubt or f"of scans that {_lie(laid.share)}; valid is {valid.same:.0%}"
-        elif laid.share >= valid.exact and evidence >= valid.walled:
-            doubt = ""
-        cut = replace(
-            overlap,
-            pairs=np.column_stack([np.searchsorted(its, side) for its, side in zip(held, views.T, strict=True)]),
-            lengths=(lengths[0], lengths[1]),
-            doubt=doubt,
-            evidence=evidence,
-            alike=laid.share,
-        )
-        # Joins' bars were chosen with the mean of their pairs; of a loop scans tell more, where they lie well.
-        told = laid.middles if found.is_loop and laid.share >= valid.same else None
-        return replace(found, views=views, overlap=cut, laid=told)
-
-    def doubted(self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]) -> list[FoundOverlap]:
-        """The overlaps, each that tells of a look-alike only with a doubt."""
-        loops = (
-            (one.one, one.views, one.overlap, verdict)
-            for one, verdict in zip(found, verdicts, strict=True)
-            if one.is_loop
-        )
-        known = look_alikes(loops, self._settings.same)
-        return [one if one.is_loop else self._doubted(one, known) for one in found]
-
-    def _doubted(self, found: FoundOverlap, known: Sequence[LookAlike]) -> FoundOverlap:
-        for path, views in zip((found.one, found.other), found.views.T, strict=True):
-            its = self._map.paths[path]
-            if twin := told_inside(path, views, its.along, known, self._settings.least):
-                first, last = twin.again
-                doubt = f"inside a stretch that views {first} to {last} of {its.name!r} look like"
-                return replace(found, overlap=replace(found.overlap, doubt=found.overlap.doubt or doubt))
-        return found
+        return self.scans.checked(FoundOverlap(self._number[one], self._number[other], pairs, overlap))
 
     def found_beside(
         self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]
@@ -315,7 +205,7 @@ class _Merging:
         told = ", ".join(f"{sensor} tells {nats:.2f}" for sensor, nats in overlap.told.items())
         evidence = f"{len(overlap.pairs)} views lead to each other; {told} nats a view"
         if overlap.alike is not None:
-            evidence += f"; scans {_lie(overlap.alike)}"
+            evidence += f"; scans {lie(overlap.alike)}"
         against = overlap.objection
         if verdict is Verdict.CONTRADICTED:
             against = f"other joins and the odometry contradict it; {evidence}"

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.merge import FoundOverlap, Merged
+from refseq.atlas.found import FoundOverlap
+from refseq.atlas.merge import Merged
 from refseq.atlas.scans import ScannedPath, ScanWindow, windows
 from refseq.atlas.sharing import track_of
 from refseq.files import replace_text

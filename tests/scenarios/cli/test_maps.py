@@ -12,7 +12,8 @@ import pytest
 from playwright.sync_api import Browser
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.merge import FoundOverlap, Merged, merge_maps
+from refseq.atlas.found import FoundOverlap
+from refseq.atlas.merge import Merged, merge_maps
 from refseq.atlas.overlap import Overlap
 from refseq.atlas.routes import Leg, Route, islands
 from refseq.logs import RecordingWriter
