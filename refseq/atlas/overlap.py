@@ -52,9 +52,11 @@ class OverlapSettings:
 
     Where the laser's scans are known, those of an overlap have to lie on each other (``refseq.atlas.scans``): of the
     beams whose ends both can see the share ``alike`` has to meet walls for both, else it is none. Below ``same`` it is
-    doubtful: full rooms do not come to ``same``, and bare corridors that are not one come to more than ``alike``. Scans
-    that are alike to ``exact`` take all doubt from an overlap with evidence of ``walled`` [nats·m]. One that is alike
-    to ``same`` is none where both paths go on beside each other, alike to less by ``worse`` (``refseq.atlas.beyond``).
+    doubtful: full rooms do not come to ``same``, and bare corridors that are not one come to more than ``alike``. It is
+    not where places tell ``vivid`` [nats a view] for it, and ``weighty`` [nats·m] in all: look-alikes tell as much for
+    a few metres, or little for long. Scans that are alike to ``exact`` take all doubt from an overlap with evidence of
+    ``walled`` [nats·m]. One that is alike to ``same`` is none where both paths go on beside each other, alike to less
+    by ``worse`` (``refseq.atlas.beyond``).
     """
 
     sure: float = 0.5
@@ -74,6 +76,8 @@ class OverlapSettings:
     same: float = 0.98
     exact: float = 0.995
     walled: float = 25.0
+    vivid: float = 2.0
+    weighty: float = 50.0
     worse: float = 0.08
     runs: RunSettings = field(default_factory=RunSettings)
     most: int = 0
@@ -96,6 +100,8 @@ class OverlapSettings:
             ("alone", "nats·m"),
             ("clear", "nats"),
             ("walled", "nats·m"),
+            ("vivid", "nats"),
+            ("weighty", "nats·m"),
             ("loop", "m"),
         ):
             if not 0 <= getattr(self, name) < np.inf:

@@ -76,7 +76,8 @@ class ScanCheck:
             return replace(found, overlap=replace(overlap, alike=laid.share, objection=objection))
         evidence = overlap.evidence * sum(lengths) / max(sum(overlap.lengths), 1e-9)
         doubt = overlap.doubt
-        if laid.share < valid.same:
+        plain = evidence < valid.weighty or evidence < valid.vivid * max(lengths)
+        if laid.share < valid.same and plain:
             doubt = doubt or f"of scans that {lie(laid.share)}; valid is {valid.same:.0%}"
         elif laid.share >= valid.exact and evidence >= valid.walled:
             doubt = ""

@@ -56,6 +56,7 @@ OWN = {
     "aliasing",
     "real-csail",
     "real-csail-merge",
+    "real-merge",
     "joins",
     "real-fr079",
     "real-corridor",
