@@ -8,7 +8,7 @@ from refseq.atlas.look_alikes import LookAlike, look_alikes, told_inside
 from refseq.atlas.overlap import Overlap
 
 WINGS = np.column_stack([np.arange(10, 30), np.arange(60, 80)])
-ALONG = 0.85 * np.arange(100)
+ALONG = 0.85 * np.arange(100.0)
 
 
 def loop(alike: float | None) -> Overlap:
