@@ -5,14 +5,14 @@ two the words prefer is chance: a join that tells of such a stretch and hardly o
 walls are alike.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.consistency import Verdict
-from refseq.atlas.overlap import Overlap
+from refseq.atlas.found import FoundOverlap
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,17 +25,15 @@ class LookAlike:
     again: tuple[int, int]
 
 
-def look_alikes(loops: Iterable[tuple[int, NDArray[np.intp], Overlap, Verdict | None]], same: float) -> list[LookAlike]:
-    """Both stretches of each loop that is contradicted though its scans are alike to ``same``.
-
-    A loop is its path, pairs (n, 2) of its views, the overlap and what all joins say to it.
-    """
-    found = []
-    for path, views, overlap, verdict in loops:
-        if verdict is Verdict.CONTRADICTED and overlap.alike is not None and overlap.alike >= same:
-            (a, b), (c, d) = views[0].tolist(), views[-1].tolist()
-            found += [LookAlike(path, a, c, (b, d)), LookAlike(path, b, d, (a, c))]
-    return found
+def look_alikes(found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None], same: float) -> list[LookAlike]:
+    """Both stretches of each loop that is contradicted though its scans are alike to ``same``."""
+    known = []
+    for one, verdict in zip(found, verdicts, strict=True):
+        alike = one.overlap.alike
+        if one.is_loop and verdict is Verdict.CONTRADICTED and alike is not None and alike >= same:
+            (a, b), (c, d) = one.views[0].tolist(), one.views[-1].tolist()
+            known += [LookAlike(one.one, a, c, (b, d)), LookAlike(one.one, b, d, (a, c))]
+    return known
 
 
 def told_inside(

@@ -37,7 +37,7 @@ class ScanCheck:
         one, other = self._scans[found.one], self._scans[found.other]
         if found.overlap.objection or one is None or other is None:
             return found
-        laid = self._laid(found, one, other)
+        laid, other = self._laid(found, one, other)
         if laid.share < self._settings.alike or not len(laid.pairs):
             overlap = replace(found.overlap, alike=laid.share, objection=f"its scans {lie(laid.share)}")
             return replace(found, overlap=overlap)
@@ -45,12 +45,14 @@ class ScanCheck:
         objection = "" if found.is_loop or cut.overlap.objection else self._going_on(one, other, laid)
         return replace(cut, overlap=replace(cut.overlap, objection=objection)) if objection else cut
 
-    def _laid(self, found: FoundOverlap, one: ScannedPath, other: ScannedPath) -> LaidScans:
-        laid = laid_on(one, other, found.views, self._settings.alike)
+    def _laid(self, found: FoundOverlap, one: ScannedPath, other: ScannedPath) -> tuple[LaidScans, ScannedPath]:
+        """The scans laid on each other, and the other path as they lie best: as its odometer tells it, or scaled."""
+        others = [other]
         if not found.is_loop and (scale := scale_between(*found.overlap.lengths)):
-            scaled = laid_on(one, other.scaled(scale), found.views, self._settings.alike)
-            laid = max(laid, scaled, key=lambda each: each.share)
-        return laid
+            others.append(other.scaled(scale))
+        valid = self._settings
+        tried = [(laid_on(one, its, found.views, valid.alike, valid.same), its) for its in others]
+        return max(tried, key=lambda each: each[0].share)
 
     def _going_on(self, one: ScannedPath, other: ScannedPath, laid: LaidScans) -> str:
         """An objection to scans that lie on each other, but not beyond the stretch.
@@ -95,12 +97,7 @@ class ScanCheck:
 
     def doubted(self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]) -> list[FoundOverlap]:
         """The overlaps, each that tells of a look-alike only with a doubt."""
-        loops = (
-            (one.one, one.views, one.overlap, verdict)
-            for one, verdict in zip(found, verdicts, strict=True)
-            if one.is_loop
-        )
-        known = look_alikes(loops, self._settings.same)
+        known = look_alikes(found, verdicts, self._settings.same)
         return [one if one.is_loop else self._doubted(one, known) for one in found]
 
     def _doubted(self, found: FoundOverlap, known: Sequence[LookAlike]) -> FoundOverlap:

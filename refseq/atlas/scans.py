@@ -115,14 +115,31 @@ class LaidScans:
     middles: LaidPairs
 
 
-def laid_on(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike: float) -> LaidScans:
-    """Lay the scans of a stretch on each other; what is ``alike`` in a lesser share at its ends is left out."""
+def laid_on(
+    one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike: float, same: float = 1.0
+) -> LaidScans:
+    """Lay the scans of a stretch on each other; what is ``alike`` in a lesser share at its ends is left out.
+
+    So is what keeps the rest from the share ``same``, where the rest comes to that: words go on for a view or two where
+    paths part.
+    """
     found = windows(one, other, pairs)
     good = np.flatnonzero([window.share >= alike for window in found])
     if not len(good):
         return LaidScans(float(np.mean([window.share for window in found])), pairs[:0], _middles(()))
-    kept = found[good[0] : good[-1] + 1]
+    kept = _parted(found[good[0] : good[-1] + 1], same)
     return LaidScans(float(np.mean([window.share for window in kept])), _paired(one, other, kept), _middles(kept))
+
+
+def _parted(found: Sequence[ScanWindow], same: float) -> Sequence[ScanWindow]:
+    """The windows without those at the ends that are worse than ``same``, if the rest is not; else all."""
+    left = list(found)
+    while left and np.mean([window.share for window in left]) < same:
+        worst = min((0, -1), key=lambda end: left[end].share)
+        if left[worst].share >= same:
+            return found
+        left.pop(worst)
+    return left or found
 
 
 def _middles(found: Sequence[ScanWindow]) -> LaidPairs:

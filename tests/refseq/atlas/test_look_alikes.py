@@ -1,9 +1,13 @@
 """Stretches of a path that its own odometry tells apart, and joins that tell of nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from refseq.atlas.consistency import Verdict
+from refseq.atlas.found import FoundOverlap
 from refseq.atlas.look_alikes import LookAlike, look_alikes, told_inside
 from refseq.atlas.overlap import Overlap
 
@@ -11,12 +15,12 @@ WINGS = np.column_stack([np.arange(10, 30), np.arange(60, 80)])
 ALONG = 0.85 * np.arange(100.0)
 
 
-def loop(alike: float | None) -> Overlap:
-    return Overlap(WINGS, (16.0, 16.0), {}, alike=alike)
+def loop(path: int, alike: float | None, views: NDArray[np.intp] = WINGS) -> FoundOverlap:
+    return FoundOverlap(path, path, views, Overlap(views, (16.0, 16.0), {}, alike=alike))
 
 
 def test_a_contradicted_loop_whose_walls_are_alike_makes_two_look_alikes() -> None:
-    found = look_alikes([(3, WINGS, loop(0.99), Verdict.CONTRADICTED)], 0.98)
+    found = look_alikes([loop(3, 0.99)], [Verdict.CONTRADICTED], 0.98)
     assert found == [LookAlike(3, 10, 29, (60, 79)), LookAlike(3, 60, 79, (10, 29))]
 
 
@@ -32,7 +36,11 @@ def test_a_contradicted_loop_whose_walls_are_alike_makes_two_look_alikes() -> No
 )
 def test_other_loops_make_none(alike: float | None, verdict: Verdict | None) -> None:
     """A path that truly comes back sees its own walls, and nobody contradicts that."""
-    assert not look_alikes([(3, WINGS, loop(alike), verdict)], 0.98)
+    assert not look_alikes([loop(3, alike)], [verdict], 0.98)
+
+
+def test_a_join_of_two_paths_makes_none() -> None:
+    assert not look_alikes([replace(loop(3, 0.99), other=4)], [Verdict.CONTRADICTED], 0.98)
 
 
 @pytest.mark.parametrize(
@@ -49,7 +57,7 @@ def test_other_loops_make_none(alike: float | None, verdict: Verdict | None) -> 
 def test_a_join_is_inside_where_it_tells_of_less_than_five_metres_more(
     path: int, first: int, last: int, inside: bool
 ) -> None:
-    known = look_alikes([(3, WINGS, loop(0.99), Verdict.CONTRADICTED)], 0.98)
-    longer = look_alikes([(9, WINGS + 1000, loop(0.99), Verdict.CONTRADICTED)], 0.98)
-    found = told_inside(path, np.arange(first, last + 1), ALONG, [*longer, *known], 5.0)
+    loops = [loop(9, 0.99, WINGS + 1000), loop(3, 0.99)]
+    known = look_alikes(loops, [Verdict.CONTRADICTED] * 2, 0.98)
+    found = told_inside(path, np.arange(first, last + 1), ALONG, known, 5.0)
     assert (found is not None) == inside

@@ -665,3 +665,18 @@ def test_a_name_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
     """Names of files may hold what rich takes for markup or for a picture."""
     out.print(leg_table(Route(np.arange(3), (Leg("[red]a", 0, 1, 1.0), Leg(":100:", 1, 2, 2.5)))))
     assert rows(capsys.readouterr().out) == [("[red]a", 0, 1, 1.0), (":100:", 1, 2, 2.5)]
+
+
+@pytest.mark.slow
+def test_the_two_paths_of_the_page_are_joined_by_the_laser_alone(refseq: Refseq, tmp_path: Path) -> None:
+    """The first example of docs/atlas.md: at both ends the paths part, and scans there must not spoil the join."""
+    for route, seed in (("path-a", "1"), ("path-b", "2")):
+        drive, learnt = str(tmp_path / f"{route}.mcap"), str(tmp_path / f"{route}.refseq")
+        words = ["record", "second-floor", "--route", route, "--sensors", "laser", "--seed", seed, "-o", drive]
+        assert refseq(*words).code == 0
+        assert refseq("learn", drive, "--profile", "best", "-o", learnt).code == 0
+    maps = [str(tmp_path / f"{route}.refseq") for route in ("path-a", "path-b")]
+    assert refseq("map", "merge", *maps, "-o", str(tmp_path / "whole.refseq")).code == 0
+    merged = Map.load(tmp_path / "whole.refseq")
+    assert 125 <= len(merged) <= 135
+    assert len(merged.links) == 2
