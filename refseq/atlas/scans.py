@@ -120,7 +120,7 @@ def laid_on(
 ) -> LaidScans:
     """Lay the scans of a stretch on each other; what is ``alike`` in a lesser share at its ends is left out.
 
-    So is what keeps the rest from the share ``same``, where the rest comes to that: words go on for a view or two where
+    So is one window at either end that keeps the rest from the share ``same``: words go on for a view or two where
     paths part.
     """
     found = windows(one, other, pairs)
@@ -132,14 +132,13 @@ def laid_on(
 
 
 def _parted(found: Sequence[ScanWindow], same: float) -> Sequence[ScanWindow]:
-    """The windows without those at the ends that are worse than ``same``, if the rest is not; else all."""
-    left = list(found)
-    while left and np.mean([window.share for window in left]) < same:
-        worst = min((0, -1), key=lambda end: left[end].share)
-        if left[worst].share >= same:
-            return found
-        left.pop(worst)
-    return left or found
+    """The windows without the first, the last, or both, which are worse than ``same``, if the rest is not; else all."""
+    first, last = (found[end].share < same for end in (0, -1))
+    for begin, end in ((0, 0), (first, 0), (0, last), (first, last)):
+        left = found[begin : len(found) - end]
+        if left and np.mean([window.share for window in left]) >= same:
+            return left
+    return found
 
 
 def _middles(found: Sequence[ScanWindow]) -> LaidPairs:
