@@ -1,4 +1,4 @@
-"""What comes before and after a join: where paths go on beside each other, they see the same walls.
+"""Walls before and after a join: they are the same where both paths go on beside each other.
 
 Look-alikes lie on each other for as long as they are alike, and the search for overlaps cuts a stretch to just that: a
 corridor laid on its way back fits for 25 m. Then both paths go on, along walls that fit no longer; where a join is true

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from refseq.atlas.consistency import CandidateJoin, JoinGraph, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
 from refseq.atlas.found import FoundOverlap
+from refseq.atlas.look_alikes import look_alikes
 from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import SPACING, LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.scan_check import ScanCheck, lie
@@ -66,8 +67,7 @@ def merge_maps(
     found = merging.found()
     added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
     own = [merging.wish(wish) for wish in added]
-    found = merging.scans.doubted(found, merging.verdicts(found, wishes, own))
-    found, verdicts = merging.found_beside(found, merging.verdicts(found, wishes, own))
+    found, verdicts = merging.found_beside(*merging.judged(found, wishes, own))
     decided = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
     told = [confirm(wished(decision, wishes)) for decision in decided]
     a_persons = [
@@ -75,7 +75,7 @@ def merge_maps(
         for one, its in zip(told, decided, strict=True)
     ]
     found += own
-    told += [replace(wish, lengths=merging.decision(one, None).lengths) for wish, one in zip(added, own, strict=True)]
+    told += [replace(wish, lengths=merging.lengths(wish)) for wish in added]
     a_persons += [True] * len(own)
     joined = [one for one, decision in zip(found, told, strict=True) if decision.joined]
     strained = merging.strained(joined)
@@ -104,7 +104,7 @@ class _Merging:
         self._number = {path.name: number for number, path in enumerate(map_.paths)}
         self._tracks = [track_of(map_, path) for path in map_.paths]
         self._held = held_joins(map_)
-        self.scans = ScanCheck(map_, self._tracks, settings)
+        self._scans = ScanCheck(map_, self._tracks, settings)
 
     @cached_property
     def _pairs(self) -> list[tuple[str, str, PairSearch]]:
@@ -127,7 +127,7 @@ class _Merging:
     def _found(self, one: str, other: str, overlap: Overlap) -> FoundOverlap:
         ours, theirs = views_of(self._map, one), views_of(self._map, other)
         pairs = np.column_stack([ours[overlap.pairs[:, 0]], theirs[overlap.pairs[:, 1]]])
-        return self.scans.checked(FoundOverlap(self._number[one], self._number[other], pairs, overlap))
+        return self._scans.checked(FoundOverlap(self._number[one], self._number[other], pairs, overlap))
 
     def found_beside(
         self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]
@@ -163,6 +163,17 @@ class _Merging:
             joined = [each.overlap.pairs for each in agreed if (each.one, each.other) == numbers]
             more += [self._found(one, other, each) for each in search.beside(laid, its, joined)]
         return sorted(more, key=_in_order)
+
+    def judged(
+        self, found: Sequence[FoundOverlap], wishes: Sequence[Decision], own: Sequence[FoundOverlap]
+    ) -> tuple[Sequence[FoundOverlap], list[Verdict | None]]:
+        """The overlaps and the word of all joins on each; once more where that tells of look-alikes along a path."""
+        verdicts = self.verdicts(found, wishes, own)
+        known = look_alikes(found, verdicts, self._settings.same)
+        if not known:
+            return found, verdicts
+        doubted = [self._scans.doubted(one, known) for one in found]
+        return doubted, self.verdicts(doubted, wishes, own)
 
     def verdicts(
         self, found: Sequence[FoundOverlap], wishes: Sequence[Decision] = (), own: Sequence[FoundOverlap] = ()
@@ -232,7 +243,7 @@ class _Merging:
     def wish(self, wish: Decision) -> FoundOverlap:
         """The stretches of a wish as an overlap: of equal lengths, as far as nobody can say better."""
         sides = []
-        for name, (first, last) in ((wish.one, wish.first), (wish.other, wish.second)):
+        for (first, last), name in wish.sides:
             held = views_of(self._map, name) if name in self._map.names else np.zeros(0, np.intp)
             views = held[(held >= first) & (held <= last)]
             if not len(views):
@@ -244,6 +255,14 @@ class _Merging:
         views = np.column_stack([ours, theirs[nearest(along, along[0] + share * np.ptp(along))]])
         overlap = Overlap(views, (float(np.ptp(at)), float(np.ptp(along))), {})
         return FoundOverlap(self._number[keeps[1]], self._number[gives[1]], views, overlap)
+
+    def lengths(self, wish: Decision) -> tuple[float, float]:
+        """Lengths of the stretches of a wish along their paths [m], whoever holds the places."""
+        one, other = (
+            float(np.ptp(self._map.paths[self._number[name]].along[first : last + 1]))
+            for (first, last), name in wish.sides
+        )
+        return one, other
 
     def _check_lengths(self, wish: Decision, at: NDArray[np.float64], along: NDArray[np.float64]) -> None:
         """Raise ``MapError`` for a wish whose one side is far longer than the other, as the search would object to."""

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.beyond import beyond
-from refseq.atlas.consistency import Verdict
 from refseq.atlas.found import FoundOverlap
-from refseq.atlas.look_alikes import LookAlike, look_alikes, told_inside
+from refseq.atlas.look_alikes import LookAlike, told_inside
 from refseq.atlas.overlap import OverlapSettings
 from refseq.atlas.scans import LaidScans, ScannedPath, laid_on, scale_between
 from refseq.atlas.sharing import views_of
@@ -95,12 +94,10 @@ class ScanCheck:
         told = laid.middles if found.is_loop and laid.share >= valid.same else None
         return replace(found, views=views, overlap=cut, laid=told)
 
-    def doubted(self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]) -> list[FoundOverlap]:
-        """The overlaps, each that tells of a look-alike only with a doubt."""
-        known = look_alikes(found, verdicts, self._settings.same)
-        return [one if one.is_loop else self._doubted(one, known) for one in found]
-
-    def _doubted(self, found: FoundOverlap, known: Sequence[LookAlike]) -> FoundOverlap:
+    def doubted(self, found: FoundOverlap, known: Sequence[LookAlike]) -> FoundOverlap:
+        """An overlap of two paths, with a doubt where it tells of hardly more than a look-alike of those ``known``."""
+        if found.is_loop:
+            return found
         for path, views in zip((found.one, found.other), found.views.T, strict=True):
             its = self._map.paths[path]
             if twin := told_inside(path, views, its.along, known, self._settings.least):

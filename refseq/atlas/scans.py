@@ -115,9 +115,7 @@ class LaidScans:
     middles: LaidPairs
 
 
-def laid_on(
-    one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike: float, same: float = 1.0
-) -> LaidScans:
+def laid_on(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike: float, same: float) -> LaidScans:
     """Lay the scans of a stretch on each other; what is ``alike`` in a lesser share at its ends is left out.
 
     So is one window at either end that keeps the rest from the share ``same``: words go on for a view or two where

@@ -1,4 +1,4 @@
-"""What the laser's scans say to an overlap that words found: how much has to agree, and what makes up for less."""
+"""Overlaps that words found, checked by the laser's scans: a share has to agree, or places have to tell much."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from refseq.atlas.consistency import Verdict
 from refseq.atlas.found import FoundOverlap
+from refseq.atlas.look_alikes import look_alikes
 from refseq.atlas.overlap import Overlap, OverlapSettings
 from refseq.atlas.scan_check import ScanCheck
 from refseq.map.map import Map, beside
@@ -83,6 +84,7 @@ def test_a_join_inside_what_its_path_shows_twice_is_doubted() -> None:
     overlap = Overlap(loop, (9.0, 9.0), {}, alike=0.99)
     twice = FoundOverlap(0, 0, loop, overlap)
     inside, beyond = (FoundOverlap(0, 1, HELD[:views], replace(overlap, pairs=HELD[:views])) for views in (10, 20))
-    verdicts = [Verdict.CONTRADICTED, Verdict.AGREES, Verdict.AGREES]
-    doubts = [one.overlap.doubt for one in check.doubted([twice, inside, beyond], verdicts)]
+    every, verdicts = [twice, inside, beyond], [Verdict.CONTRADICTED, Verdict.AGREES, Verdict.AGREES]
+    known = look_alikes(every, verdicts, OverlapSettings().same)
+    doubts = [one.overlap.doubt for one in (check.doubted(each, known) for each in every)]
     assert doubts == ["", "inside a stretch that views 20 to 29 of 'one' look like", ""]

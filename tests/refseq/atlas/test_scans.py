@@ -51,7 +51,7 @@ def test_the_relative_pose_is_the_one_between_the_drives() -> None:
 def test_an_alignment_that_slid_is_put_right(slide: int) -> None:
     path = driven(CORRIDOR, 8.0)
     pairs = PAIRS[2:-2] + np.array([0, slide])
-    laid = laid_on(path, path, pairs, 0.87)
+    laid = laid_on(path, path, pairs, 0.87, 0.98)
     assert laid.share > 0.99
     assert len(laid.pairs) >= 6
     assert (laid.pairs[:, 0] == laid.pairs[:, 1]).all()
@@ -66,7 +66,7 @@ def test_a_drive_that_comes_back_over_its_own_way_lies_on_itself_view_by_view() 
     path = ScannedPath.of(motions_between(poses[0], poses), scans)
     assert path is not None
     every = np.column_stack([np.arange(16), np.arange(16)])
-    assert laid_on(path, path, every, 0.87).pairs.tolist() == every.tolist()
+    assert laid_on(path, path, every, 0.87, 0.98).pairs.tolist() == every.tolist()
 
 
 @given(st.lists(st.integers(0, 9), max_size=8))
@@ -86,8 +86,8 @@ def test_the_longest_rising_part_is_the_longest_of_all_parts(numbers: list[int])
 
 def test_an_odometer_of_another_scale_lays_scans_as_well() -> None:
     one, other = driven(CORRIDOR, 8.0), driven(CORRIDOR, 8.0).scaled(1.2)
-    assert laid_on(one, other, PAIRS, 0.87).share < laid_on(one, other.scaled(1 / 1.2), PAIRS, 0.87).share
-    assert laid_on(one, other.scaled(1 / 1.2), PAIRS, 0.87).share > 0.999
+    assert laid_on(one, other, PAIRS, 0.87, 0.98).share < laid_on(one, other.scaled(1 / 1.2), PAIRS, 0.87, 0.98).share
+    assert laid_on(one, other.scaled(1 / 1.2), PAIRS, 0.87, 0.98).share > 0.999
 
 
 def test_a_scale_is_told_by_long_stretches_and_within_reason() -> None:

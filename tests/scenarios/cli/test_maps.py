@@ -167,6 +167,14 @@ def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Pat
     assert (kept.first, kept.second) == (ruling.first, ruling.second)
 
 
+def test_a_join_of_ones_own_is_taken_again_from_the_file_that_tells_of_it(refseq: Refseq, here: Path) -> None:
+    """Its stretches differ in length, and it names the later map first."""
+    write_decisions(here / "own.toml", [Decision("east", "west", (20, 26), (0, 8), (0, 0), True, BY_A_PERSON)])
+    words = ["map", "merge", "west.refseq", "east.refseq", "-o", "own.refseq", "--decisions"]
+    assert refseq(*words, "own.toml", "--write-decisions", "told.toml").code == 0
+    assert refseq(*words, "told.toml").err == ""
+
+
 def test_decisions_about_other_maps_of_the_same_names_are_refused(refseq: Refseq, here: Path) -> None:
     words = ["map", "merge", "west.refseq", "east.refseq"]
     assert refseq(*words, "-o", "whole.refseq", "--write-decisions", "joins.toml").code == 0
