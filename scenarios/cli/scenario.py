@@ -67,7 +67,7 @@ def list_scenarios(
     from refseq_bench.scenarios.campaign.declare.cases import find, names
     from refseq_bench.scenarios.campaign.pages.listing import by_file, list_table, listed
 
-    files = by_file(find(scenarios or names()))
+    files = by_file(find(scenarios or names(), runnable=False))
     if as_json:
         print_json([listed(cases) for cases in files])
     else:

@@ -21,7 +21,7 @@ from refseq_bench.scenarios.campaign.declare.schema import (
     SourceTable,
     kind_of,
 )
-from refseq_bench.scenarios.campaign.declare.schema_types import SchemaType, schema_type_of
+from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for, schema_type_of
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.campaign.declare.validation_errors import first_error
 from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
@@ -34,7 +34,6 @@ from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.sensors.laser import RangeMode
 from refseq_bench.text_file import TextFileError, read_toml
 
-"""Folder of the scenarios that come with the bench."""
 SOURCE_KEYS = {"world", "log", "images"}
 """Keys of which each says what kind of source a table is; a query of another kind takes over nothing."""
 EACH_SEED = "SEED"
@@ -95,14 +94,16 @@ def _is_scenario(path: Path, changed_ns: int) -> bool:
     return "reference" in _table(path)
 
 
-def find(names_or_files: Sequence[str]) -> list[Case]:
+def find(names_or_files: Sequence[str], *, runnable: bool = True) -> list[Case]:
     """The cases of scenarios by their names, tags, files, or names of single cases; each once.
+
+    Where they need not be ``runnable``, as in a list, it is not asked whether they can be run, which is half the time.
 
     Raises ``ScenarioError`` for a name that is none of these, for a file that is no scenario, and for two files of one
     name, whose cases nobody could tell apart.
     """
     found: dict[str, Case] = {}
-    for case in (case for wanted in names_or_files for case in _found(wanted)):
+    for case in (case for wanted in names_or_files for case in _found(wanted, runnable)):
         first = found.setdefault(case.name, case)
         if first.file.resolve() != case.file.resolve():
             raise ScenarioError(
@@ -111,12 +112,12 @@ def find(names_or_files: Sequence[str]) -> list[Case]:
     return list(found.values())
 
 
-def _found(wanted: str) -> list[Case]:
+def _found(wanted: str, runnable: bool) -> list[Case]:
     if wanted.endswith(".toml"):
-        return load(Path(wanted))
+        return load(Path(wanted), runnable=runnable)
     name, stroke, _ = wanted.partition("/")
     if name in names():
-        cases = load(LIBRARY / f"{name}.toml")
+        cases = load(LIBRARY / f"{name}.toml", runnable=runnable)
         chosen = [case for case in cases if not stroke or case.name == wanted]
         if not chosen:
             raise ScenarioError(f"case {wanted!r} is unknown; valid are {', '.join(case.name for case in cases)}")
@@ -129,16 +130,19 @@ def _found(wanted: str) -> list[Case]:
             f"scenario {wanted!r} is unknown; valid are {', '.join(names())}, a tag ({valid}), or a path "
             "that ends in .toml"
         )
-    return [case for each in tagged for case in load(LIBRARY / f"{each}.toml")]
+    return [case for each in tagged for case in load(LIBRARY / f"{each}.toml", runnable=runnable)]
 
 
-def load(path: Path) -> list[Case]:
-    """The cases of a scenario file. Raises ``ScenarioError`` with the file, the key and what is valid."""
+def load(path: Path, *, runnable: bool = True) -> list[Case]:
+    """The cases of a scenario file, ``runnable`` as in ``find``.
+
+    Raises ``ScenarioError`` with the file, the key and what is valid.
+    """
     table, checked = _table(path), set[str]()
     try:
-        cases = [
-            _case(path, name, values, put(table, values), checked) for name, values in expanded(table.pop("vary", None))
-        ]
+        cases = [_case(path, name, values, put(table, values)) for name, values in expanded(table.pop("vary", None))]
+        for case in cases if runnable else ():
+            _check(case, checked)
     except input_errors() as error:
         raise ScenarioError(f"{path}: {' '.join(str(error).split())}") from error
     return cases
@@ -151,7 +155,7 @@ def _table(path: Path) -> dict[str, Any]:
         raise ScenarioError(f"{path}: {error}; valid is a scenario in TOML") from None
 
 
-def _case(path: Path, name: str, values: Values, table: dict[str, Any], checked: set[str]) -> Case:
+def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     for side in ("reference", "query"):
         if not isinstance(table.get(side, {}), dict):
             raise ScenarioError(f"{side}: is no table; valid is [{side}]")
@@ -171,9 +175,7 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any], checked:
         raise ScenarioError(first_error(error, schema_type.model)) from error
     expectations = tuple(schema_type.expectation(text, scenario) for text in scenario.expect)
     full = f"{path.stem}/{name}" if name else path.stem
-    case = Case(full, path, values, scenario, expectations)
-    _check(case, schema_type, checked)
-    return case
+    return Case(full, path, values, scenario, expectations)
 
 
 def _completed(source: dict[str, Any], reference: Mapping[str, Any], own: Sequence[str]) -> dict[str, Any]:
@@ -236,9 +238,10 @@ def check_chosen_elsewhere(case: Case) -> None:
         refuse_chosen_on(scenario.methods, (of_seed(table.world, seed) for table in tables for seed in scenario.seeds))
 
 
-def _check(case: Case, schema_type: SchemaType, checked: set[str]) -> None:
+def _check(case: Case, checked: set[str]) -> None:
     """Raise for a case that cannot be run; drives ``checked`` before are not checked again, as most of a file's are."""
     scenario = case.scenario
+    schema_type = schema_type_for(scenario)
     schema_type.check_methods(scenario)
     for expectation in case.expectations:
         for method in expectation.methods:

@@ -96,6 +96,15 @@ def test_list_has_all_of_the_library(refseq: Refseq) -> None:
     assert [(one["name"], len(one["seeds"])) for one in listed] == [("smoke", 2)]
 
 
+def test_a_list_does_not_ask_whether_a_route_can_be_driven(refseq: Refseq, here: Path) -> None:
+    (here / "up.toml").write_text(
+        LASER.replace(', "failures of vlad <= 3"', "").replace("[query]", 'route = "up"\n[query]', 1)
+    )
+    assert json.loads(refseq("scenario", "list", "up.toml", "--json").out)[0]["name"] == "up"
+    shown = refseq("scenario", "show", "up.toml")
+    assert (shown.code, "unknown route 'up'" in shown.err) == (2, True)
+
+
 def test_show_tells_all_that_is_left_open(refseq: Refseq, here: Path) -> None:
     (here / "laser.toml").write_text(LASER.replace(', "failures of vlad <= 3"', ""))
     answer = refseq("scenario", "show", "laser.toml")
