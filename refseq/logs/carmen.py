@@ -157,7 +157,8 @@ class CarmenSource:
         self._reach = _reach(told)
         if not self._scans:
             seen = _some(sorted(self.skipped))
-            raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are {', '.join(SCANS)}")
+            why = f"is text, so a CARMEN log, and holds no scan (kinds of lines seen: {seen})"
+            raise LogError(f"{path}: {why}; valid are {', '.join(SCANS)}")
 
     @property
     def complete(self) -> bool:

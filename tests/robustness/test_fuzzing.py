@@ -46,5 +46,5 @@ def test_the_real_command_line(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_text("no log at all\n")
     found = run(["log", "convert", "a.log", "b.tum"], tmp_path)
     assert found.code == 2
-    assert found.err.startswith("error: a.log: holds no scan")
+    assert found.err.startswith("error: a.log: is text, so a CARMEN log, and holds no scan")
     assert fell(["log", "info", "missing.mcap"], tmp_path) is None

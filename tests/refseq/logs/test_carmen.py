@@ -132,7 +132,8 @@ def test_a_log_without_scans(tmp_path: Path) -> None:
     with pytest.raises(LogError) as caught:
         read_recording(path)
     valid = "FLASER, ROBOTLASER1, RAWLASER1, RLASER, ROBOTLASER2, RAWLASER2, RAWLASER3, RAWLASER4, RAWLASER5"
-    assert str(caught.value) == f"{path}: holds no scan (kinds of lines seen: EDGE2, VERTEX2); valid are {valid}"
+    why = "is text, so a CARMEN log, and holds no scan (kinds of lines seen: EDGE2, VERTEX2)"
+    assert str(caught.value) == f"{path}: {why}; valid are {valid}"
 
 
 def test_a_text_that_is_no_log_is_not_repeated(tmp_path: Path) -> None:

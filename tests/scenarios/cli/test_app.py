@@ -157,7 +157,10 @@ BAD_INPUT = [
     ("learn empty.mcap -o new.refseq", "empty.mcap: is empty; valid are a ROS bag, an MCAP recording"),
     ("learn noise.mcap -o new.refseq", "noise.mcap: is neither MCAP (its magic bytes are missing) nor text; valid"),
     ("learn short.log -o new.refseq", "short.log: line 3: FLASER: has 4 fields; valid are 14 for 3 ranges"),
-    ("learn prose.log -o new.refseq", "prose.log: holds no scan (kinds of lines seen: hello); valid are FLASER"),
+    (
+        "learn prose.log -o new.refseq",
+        "prose.log: is text, so a CARMEN log, and holds no scan (kinds of lines seen: hello); valid are FLASER",
+    ),
     ("localise missing.refseq run.mcap", "missing.refseq: cannot be read: No such file or directory"),
     ("localise run.mcap run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
     ("localise version-9.refseq run.mcap", "version-9.refseq: is of map format version 9; valid is 4: learn it anew"),
