@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -14,6 +14,7 @@ from refseq.inference.chain.trajectory import trajectory_entropy
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
 from refseq.map.stages import ChainTracker
+from refseq.map.stands import Stands
 from refseq.view import View
 from refseq_bench.scenarios.tables import TextTable
 
@@ -34,10 +35,19 @@ class BestPaths:
 def best_paths(
     map_: Map, views: Sequence[View], most: int, *, durations: float = 0.0, second_order: float = 0.0, seed: int = 0
 ) -> BestPaths:
-    """The ``most`` best paths of a whole drive; weights above 0 sort anew, by stays and by moves over two steps."""
-    tracker, guard = ChainTracker(map_.sequence), SensorGuard(map_, seed=seed)
-    observations = [tracker.observation(guard.match(view)[0]) for view in views]
-    chain = tracker.chain
+    """The ``most`` best paths of a whole drive; weights above 0 sort anew, by stays and by moves over two steps.
+
+    Where the map's profile has ``stands_once``, views of a robot that stands count as one, and have its state.
+    """
+    chain = (tracker := ChainTracker(map_.sequence)).chain
+    guard, stands = SensorGuard(map_, seed=seed), Stands()
+    observations, number = list[Observation](), list[int]()
+    for view in views:
+        observation = tracker.observation(stands.mean(guard.match(view))[0])
+        if observation.again and observations:
+            observations.pop()
+        observations.append(observation)
+        number.append(len(observations) - 1)
     found = n_best_paths(observations, chain, most)
     evidence = log_evidence(observations, chain)
     shares = {one.states: math.exp(min(0.0, one.log_score - evidence)) for one in found}
@@ -46,7 +56,8 @@ def best_paths(
     found = rescored(found, *terms)
     unknown = trajectory_entropy([_blind(one) for one in observations], chain) / math.log(2)
     left = trajectory_entropy(observations, chain) / math.log(2)
-    return BestPaths(found, [shares[one.states] for one in found], unknown - left, unknown)
+    of_views = [replace(one, states=tuple(one.states[k] for k in number)) for one in found]
+    return BestPaths(of_views, [shares[one.states] for one in found], unknown - left, unknown)
 
 
 def _blind(observation: Observation) -> Observation:

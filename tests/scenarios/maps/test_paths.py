@@ -1,8 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from refseq.map.learning import learn
 from refseq.map.profile import BEST, THESIS, Profile
 from refseq_bench.scenarios.maps.paths import best_paths, course
+from tests.refseq.health.drives import drive
 from tests.refseq.rooms import bits_drive, bits_map
 
 
@@ -30,3 +34,20 @@ def test_a_drive_that_sees_what_was_learnt_is_told_from_all_others(profile: Prof
     terms = best_paths(bits_map(views, profile), views[2:11], 20, durations=1.0, second_order=1.0)
     assert terms.paths[0].states == found.paths[0].states
     assert {one.states for one in terms.paths} == {one.states for one in found.paths}
+
+
+@pytest.mark.parametrize("profile", ["thesis", "best"])
+def test_a_robot_that_stands_is_no_surer_of_its_path(profile: str) -> None:
+    """Of a map that counts a stand once, a view seen three times more tells nothing new."""
+    map_ = learn(drive(24, seed=1), profile=f"{profile}+motion.stands_once=true")
+    views = drive(24, seed=2)[:12]
+    more = [replace(views[5], distance=0.0, turn=0.0, time=views[5].time + 0.1 * k) for k in (1, 2, 3)]
+    driven, stood = (best_paths(map_, one, 5) for one in (views, [*views[:6], *more, *views[6:]]))
+    assert stood.paths[0].states == (
+        *driven.paths[0].states[:6],
+        *[driven.paths[0].states[5]] * 3,
+        *driven.paths[0].states[6:],
+    )
+    assert stood.unknown == pytest.approx(driven.unknown)
+    assert stood.told == pytest.approx(driven.told, rel=1e-3)  # the mixture draws anew at each view
+    assert stood.shares == pytest.approx(driven.shares, rel=0.05)
