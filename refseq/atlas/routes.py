@@ -12,17 +12,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING
 
+import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.map.map import Map
 from refseq.map.paths.path import MapPath
-
-if TYPE_CHECKING:
-    import networkx as nx  # takes a tenth of a second, and most who import this module only name a route
 
 CHANGE = 5.0
 """Saving that makes a change of paths worth it [m]; a choice: the length of the shortest stretch that is joined.
@@ -76,8 +73,6 @@ def shortest_route(map_: Map, start: int, goal: int, *, change: float = CHANGE) 
             raise MapError(f"place {place} is unknown; valid is 0 to {len(map_) - 1}")
     if not (math.isfinite(change) and change >= 0):
         raise MapError(f"change is {change} m; valid is 0 or more")
-    import networkx as nx
-
     try:
         nodes = nx.dijkstra_path(_journeys(map_, change), start, goal)
     except nx.NetworkXNoPath:
@@ -92,8 +87,6 @@ def shortest_route(map_: Map, start: int, goal: int, *, change: float = CHANGE) 
 
 def islands(map_: Map) -> tuple[tuple[str, ...], ...]:
     """Paths of a map, by name, in groups between which no place is shared, the largest group first."""
-    import networkx as nx
-
     graph = nx.Graph()
     for number, path in enumerate(map_.paths):
         graph.add_edges_from((number, f"place {place}") for place in map_.numbered(path).tolist())
@@ -147,15 +140,13 @@ def place_name(map_: Map, place: int) -> str:
     return f"place {place}"  # of a map made by hand, where no path runs through it
 
 
-def _journeys(map_: Map, change: float) -> "nx.DiGraph":
+def _journeys(map_: Map, change: float) -> nx.DiGraph:
     """Next steps of a route, with their costs [m].
 
     Nodes are the map's places, and after them the positions of all paths, path behind path: a place twice on a path,
     as where a robot dawdled, is two positions. On board is free; off costs a change, for the last leg too, of which
     every route has one. Where a path comes back to itself, its two places there are one.
     """
-    import networkx as nx
-
     graph = nx.DiGraph()
     graph.add_nodes_from(range(len(map_)))
     for one, other in map_.loops.tolist():

@@ -2,14 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.routes import Route
 from refseq.map.map import Map
 from refseq.map.paths.annotations import PathDoor, begun
 from refseq.map.paths.path import MapPath
+
+if TYPE_CHECKING:
+    from refseq.atlas.routes import (
+        Route,
+    )  # its graphs take a tenth of a second to import, and a route is made elsewhere
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ def path_along(map_: Map, path: MapPath | None = None) -> MissionPath:
     return MissionPath(map_.numbered(path), path.along, behaviours, path.annotations.doors)
 
 
-def path_of(map_: Map, route: Route) -> MissionPath:
+def path_of(map_: Map, route: "Route") -> MissionPath:
     """A route through a map; where it changes paths, it goes on as that path was driven there."""
     paths = {path.name: path for path in map_.paths}
     legs = [_leg(map_, paths[leg.path], leg.first, leg.last) for leg in route.legs]

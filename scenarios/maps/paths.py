@@ -7,7 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
-from refseq.inference.chain.chain import Observation
+from refseq.inference.chain.chain import Observation, standing_once
 from refseq.inference.chain.n_best import RankedPath, log_evidence, n_best_paths
 from refseq.inference.chain.rescoring import DurationModel, rescored, second_order_term
 from refseq.inference.chain.trajectory import trajectory_entropy
@@ -39,15 +39,9 @@ def best_paths(
 
     Where the map's profile has ``stands_once``, views of a robot that stands count as one, and have its state.
     """
-    chain = (tracker := ChainTracker(map_.sequence)).chain
-    guard, stands = SensorGuard(map_, seed=seed), Stands()
-    observations, number = list[Observation](), list[int]()
-    for view in views:
-        observation = tracker.observation(stands.mean(guard.match(view))[0])
-        if observation.again and observations:
-            observations.pop()
-        observations.append(observation)
-        number.append(len(observations) - 1)
+    tracker, guard, stands = ChainTracker(map_.sequence), SensorGuard(map_, seed=seed), Stands()
+    observations, number = standing_once([tracker.observation(stands.mean(guard.match(view))[0]) for view in views])
+    chain = tracker.chain
     found = n_best_paths(observations, chain, most)
     evidence = log_evidence(observations, chain)
     shares = {one.states: math.exp(min(0.0, one.log_score - evidence)) for one in found}

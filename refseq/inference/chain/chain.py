@@ -6,9 +6,11 @@ its structure, and a step costs O(K log W), where W is how many places the motio
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +99,13 @@ class Observation:
     places: NDArray[np.float64]
     lost: float
     again: bool = False
+
+
+def standing_once(observations: Sequence[Observation]) -> tuple[list[Observation], list[int]]:
+    """Observations with one for each stand, its last; and of each that was given the number of its own among them."""
+    counted = [one for one, after in pairwise(observations) if not after.again] + list(observations[-1:])
+    number = np.cumsum([False, *(not one.again for one in observations[1:])], dtype=np.intp).tolist()
+    return counted, number[: len(observations)]
 
 
 @dataclass(frozen=True)

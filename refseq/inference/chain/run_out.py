@@ -7,13 +7,12 @@ the run-out it has moved on, and the last place's likelihood, which is the run-o
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.inference.chain.chain import Chain, Observation
+from refseq.inference.chain.chain import Chain, Observation, standing_once
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior, smooth
 from refseq.inference.chain.motion import usual_step
 from refseq.inference.chain.network import LinkedTransitions, Network
@@ -113,10 +112,9 @@ def path_smoothed(observations: Sequence[Observation], space: Chain | Network) -
 
     Of views of a robot that stands (``Observation.again``) the last one counts, and all have its posterior.
     """
-    counted = [one for one, after in pairwise(observations) if not after.again] + list(observations[-1:])
-    number = np.cumsum([not one.again for one in observations[1:]], dtype=np.intp).tolist()
+    counted, number = standing_once(observations)
     smoothed = _smoothed(counted, space)
-    return [smoothed[k] for k in [0, *number][: len(observations)]]
+    return [smoothed[k] for k in number]
 
 
 def _smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
