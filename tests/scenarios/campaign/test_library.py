@@ -70,7 +70,7 @@ OWN = {
     "smoke",
 }
 
-MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp", "led-once"}
+MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp", "led-once", "led-by-laser"}
 
 
 @cache
