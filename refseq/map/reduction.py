@@ -55,6 +55,11 @@ def with_most_informative(sequence: ReferenceSequence, count: int) -> ReferenceS
     return _with_features(sequence, chosen)
 
 
+def share_of_words(sequence: ReferenceSequence, share: float) -> int:
+    """How many words a share of all of them is, at least one."""
+    return max(1, round(share * sum(extractor.size for extractor in sequence.extractors if extractor.state())))
+
+
 def _with_features(sequence: ReferenceSequence, chosen: NDArray[np.bool_]) -> ReferenceSequence:
     """The sequence with the chosen words, by a mask (N,), and all bits of fixed tables."""
     matrix, extractors, rows, sizes = sequence.matrix, [], [], {}

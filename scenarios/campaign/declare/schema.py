@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 
+from refseq.map.extractors import FEATURES
 from refseq_bench.scenarios.campaign.declare.assignment import ODOMETRY
 from refseq_bench.scenarios.methods.by_name import written_out
 from refseq_bench.sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
@@ -35,6 +36,13 @@ def _in_one_line(text: str) -> str:
     return text
 
 
+def _known_feature(name: str) -> str:
+    """The name of a feature."""
+    if name not in FEATURES:
+        raise ValueError(f"{name!r:.60} is not valid; it should be one of {', '.join(FEATURES)}")
+    return name
+
+
 def _rising(stretch: str) -> str:
     """A stretch that holds something, however many views there are."""
     first, last = stretch.split(":")
@@ -44,6 +52,7 @@ def _rising(stretch: str) -> str:
 
 
 Line = Annotated[str, AfterValidator(_in_one_line)]
+Feature = Annotated[str, AfterValidator(_known_feature)]
 Stretch = Annotated[str, Field(pattern=r"^[0-9]*:[0-9]*$"), AfterValidator(_rising)]
 FAULT_NUMBERS = tuple(
     sorted({one.name for fault in (*FAULTS, SignalFault) for one in fields(fault) if one.type is float})
@@ -143,18 +152,27 @@ SourceTable = Annotated[
 ]
 
 
+class LearnTable(Table):
+    """How our own localiser's maps are made; the fields of ``refseq_bench.scenarios.methods.shelf.Learning``."""
+
+    features: Annotated[tuple[Feature, ...], Field(min_length=1)] | None = None
+    words: Annotated[Finite, Field(gt=0, le=1)] = 1.0
+    alike: Annotated[Finite, Field(ge=0, le=1)] | None = None
+
+
 class AskedTable(Table):
     """Methods that are asked, and what they are given.
 
     ``judged`` is the method that expectations mean which name none, ``methods`` are those that run. Only ``sensors``
     are looked at. Where there are further references, our localiser has an atlas of all, with ``merge`` after what they
-    share was taken out, else with each as it was learnt.
+    share was taken out, else with each as it was learnt. ``learn`` says how its maps are made.
     """
 
     judged: str | None = None
     methods: tuple[str, ...] = ()
     sensors: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     merge: Flag = True
+    learn: LearnTable = LearnTable()
 
 
 class LocaliseTable(AskedTable):

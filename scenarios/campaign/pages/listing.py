@@ -1,6 +1,6 @@
 """Scenarios in lists, and all that one declares, as text and for other programs."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from refseq_bench.scenarios.campaign.declare.cases import Case
@@ -69,6 +69,7 @@ def resolved(case: Case) -> dict[str, object]:
 def lines(case: Case, kept: str) -> list[str]:
     """A case in words; ``kept`` says what of it is stored already."""
     scenario, localise = case.scenario, case.scenario.localise
+    learn = localise.learn.model_dump(mode="json", exclude_defaults=True)
     varied = ", ".join(f"{key} = {value}" for key, value in case.varied.items())
     return [
         f"{case.name}: {scenario.title}" + ("" if scenario.blocking else " (not blocking)"),
@@ -79,6 +80,7 @@ def lines(case: Case, kept: str) -> list[str]:
         f"  seeds: {', '.join(map(str, scenario.seeds))}",
         f"  methods: {', '.join(scenario.methods)}; judged: {scenario.judged}",
         f"  looked at: {', '.join(localise.sensors or ('all sensors',))}; places learnt: {scenario.places or 'all'}",
+        *([f"  maps: {_stated(learn)}"] if learn else []),
         *schema_type_for(scenario).summary_lines(scenario),
         *(f"  expected: {one.text}" for one in case.expectations),
         f"  {kept}",
@@ -89,7 +91,11 @@ def lines(case: Case, kept: str) -> list[str]:
 def _in_words(table: SourceTable) -> str:
     """A source with all that is not as it is by default; the light is told always."""
     told = {"light", *table.model_dump(exclude_defaults=True)}
-    return ", ".join(f"{key} {_value(value)}" for key, value in table.model_dump(mode="json").items() if key in told)
+    return _stated({key: value for key, value in table.model_dump(mode="json").items() if key in told})
+
+
+def _stated(values: Mapping[str, object]) -> str:
+    return ", ".join(f"{key} {_value(value)}" for key, value in values.items())
 
 
 def _value(value: object) -> str:

@@ -11,6 +11,7 @@ from refseq_bench.scenarios.campaign.declare.schema import MissionScenario, Scen
 from refseq_bench.scenarios.campaign.run.mission_task import MissionTask
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, Question
 from refseq_bench.scenarios.methods.by_name import family
+from refseq_bench.scenarios.methods.shelf import Learning
 
 Asked = TypeVar("Asked", bound=Question)
 
@@ -53,6 +54,7 @@ def _asked(make: Callable[..., Asked], case: Case, seed: int, *methods: str) -> 
         limit=scenario.limits.seconds,
         further=tuple(further),
         merge=scenario.localise.merge,
+        made_by=Learning(**scenario.localise.learn.model_dump()),
     )
 
 

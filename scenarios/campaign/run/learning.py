@@ -10,7 +10,7 @@ from refseq.map.map import Map
 from refseq.view import View
 from refseq_bench.scenarios.campaign.store.cache import MAP, Store
 from refseq_bench.scenarios.drives.selection import only, stretch
-from refseq_bench.scenarios.methods.shelf import Shelf, learn_map
+from refseq_bench.scenarios.methods.shelf import Learning, Shelf
 
 LEARNING = "learning_s"
 """In a kept map's metadata: how long learning it took [s]."""
@@ -22,20 +22,23 @@ def selected(recording: Recording, places: str | None, sensors: tuple[str, ...] 
     return Recording(tuple(only(view, sensors) for view in views), recording.metadata)
 
 
-def kept_maps(store: Store, key_for: Callable[[str], str]) -> Shelf:
-    """Maps of some views in the store, by the keys for their profiles; learnt where they are not there or damaged."""
+def kept_maps(store: Store, learning: Learning, key_for: Callable[[str], str]) -> Shelf:
+    """Maps of some views in the store, by the keys for their profiles; learnt where they are not there or damaged.
+
+    Whole ones are kept, however small they are made then: that takes no time beside learning them.
+    """
 
     def shelf(profile: str, views: Sequence[View]) -> Map:
         def make(path: Path) -> None:
             begin = clock()
-            map_ = learn_map(profile, views)
+            map_ = learning.learnt(profile, views)
             map_.noted({LEARNING: f"{clock() - begin:.3f}"}).save(path)
 
         key = key_for(profile)
         try:
-            return Map.load(store.make(key, MAP, make))
+            return learning.smaller(Map.load(store.make(key, MAP, make)))
         except RefseqError:
             store.discard(key)
-            return Map.load(store.make(key, MAP, make))
+            return learning.smaller(Map.load(store.make(key, MAP, make)))
 
     return shelf

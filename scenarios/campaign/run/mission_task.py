@@ -55,6 +55,7 @@ class MissionTask(Question):
             self.sensors,
             self.seed,
             self.merge if self.further else None,
+            self.made_by,
             repr(self.assignment),
             code_digest(__name__, *modules_of(self.methods)),
         )

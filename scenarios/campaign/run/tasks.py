@@ -37,6 +37,7 @@ from refseq_bench.scenarios.errors import input_errors
 from refseq_bench.scenarios.methods.by_name import profile_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from refseq_bench.scenarios.methods.reference import Reference
+from refseq_bench.scenarios.methods.shelf import WHOLE, Learning
 from refseq_bench.sim.drives import signal_faults
 from refseq_bench.sim.drives.signal_faults import SignalFault, with_signal_faults
 from refseq_bench.sim.errors import StuckError
@@ -90,7 +91,7 @@ class Question(ABC):
 
     Only ``places`` FROM:TO of the reference are learnt, only ``sensors`` are looked at (None: all). ``seed`` is that of
     the methods' own draws. Where there are ``further`` references, all are learnt, as an atlas by our own localiser,
-    with ``merge`` after what they share was taken out.
+    with ``merge`` after what they share was taken out. Its maps are made by ``made_by``.
     """
 
     methods: tuple[str, ...]
@@ -102,6 +103,7 @@ class Question(ABC):
     limit: float
     further: tuple[Source, ...] = ()
     merge: bool = True
+    made_by: Learning = WHOLE
     ending: str = ANSWERS
 
     @property
@@ -165,7 +167,7 @@ class Question(ABC):
         """The references by name, with the maps of them that are kept: many queries are compared with the same one."""
         drives = zip(names_of(self.references), learnt_drives(self, store), self.sources, strict=False)
         return {
-            name: Reference(drive.views, kept_maps(store, partial(self._map_key, source)))
+            name: Reference(drive.views, kept_maps(store, self.made_by, partial(self._map_key, source)))
             for name, drive, source in drives
         }
 
@@ -178,7 +180,7 @@ class Question(ABC):
 
     def _map_key(self, source: str, profile: str) -> str:
         code = code_digest(learning.__name__, READER, alone=HANDS)
-        return key_of("map", profile, source, self.places, self.sensors, code)
+        return key_of("map", profile, source, self.places, self.sensors, self.made_by.features, code)
 
 
 @dataclass(frozen=True)
@@ -203,6 +205,7 @@ class AnswerTask(Question):
             self.sensors,
             self.seed,
             self.merge if self.further else None,
+            self.made_by,
             answering_code(self.methods, HANDS),
             *((self.signal_faults, code_digest(signal_faults.__name__)) if self.signal_faults else ()),
         )

@@ -23,6 +23,7 @@ from refseq_bench.scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT
+from refseq_bench.scenarios.methods.shelf import Learning
 from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.errors import StuckError
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -107,7 +108,7 @@ def call_for(kind: str, folder: Path) -> Callable[[], object]:
     assert asks.maps
     if kind in ANSWERING:
         return lambda: asks.carry_out(store)
-    shelf = kept_maps(store, lambda profile: profile)
+    shelf = kept_maps(store, Learning(), lambda profile: profile)
     return lambda: [shelf(profile, drive.views) for drive in learnt_drives(asks, store) for profile in PROFILES]
 
 

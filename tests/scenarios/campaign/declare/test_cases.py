@@ -205,6 +205,17 @@ BAD = {
         HEAD + BODY + '[localise]\nmethods = ["vlad"]\n',
         "localise.judged: 'thesis/chain' does not run here; valid are vlad",
     ),
+    "feature": (
+        GOOD + '[localise]\nlearn.features = ["walls", "smell"]\n',
+        "localise.learn.features.1: 'smell' is not valid; it should be one of sift, dense, walls, doors, corners",
+    ),
+    "no feature": (GOOD + "[localise]\nlearn.features = []\n", "localise.learn.features = [] is not valid"),
+    "no words": (GOOD + "[localise]\nlearn.words = 0\n", "localise.learn.words = 0 is not valid"),
+    "words in per cent": (GOOD + "[localise]\nlearn.words = 50\n", "localise.learn.words = 50 is not valid"),
+    "places that are too alike": (
+        GOOD + "[localise]\nlearn.alike = 1.5\n",
+        "localise.learn.alike = 1.5 is not valid",
+    ),
     "places": (GOOD + '[localise]\nplaces = "3-9"\n', "localise.places = '3-9' is not valid: string should match"),
     "places that hold nothing": (
         GOOD + '[localise]\nplaces = "9:3"\n',

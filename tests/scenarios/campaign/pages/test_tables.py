@@ -7,6 +7,8 @@ from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.pages.tables import CampaignRuns, blocks, filled, replaced
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, SeedRecord, write_result
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.tables import NONE
 from tests.scenarios.campaign.pages.test_text_report import campaign, case, method
 from tests.scenarios.conftest import Refseq
 
@@ -93,6 +95,19 @@ def test_several_tables_are_replaced_each_in_its_place() -> None:
         "light, and longer than before\n",
         "dark, and longer than before\n",
     ]
+
+
+def test_costs_are_means_of_the_seeds() -> None:
+    costs = {
+        seed: Cost(learn_s=1, answer_s=1, places=5, bytes_kept=size, features=seen, peak_bytes=1)
+        for seed, size, seen in ((1, 2_000_000, 100), (2, 3_000_000, None), (3, 4_000_000, 300))
+    }
+    day, night, late = RUN.cases
+    known = day.model_copy(update={"methods": tuple(one.model_copy(update={"costs": costs}) for one in day.methods)})
+    told = page(("{failures} of {of}", "{features:.0f} in {megabytes:.1f} MB"))
+    found = body(told, RUN.model_copy(update={"cases": (known, night, late)}))
+    assert "| by **day** | 200 in 3.0 MB | 200 in 3.0 MB |" in found
+    assert f"| by night | {NONE} in {NONE} MB |" in found
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.plugins import MisbehavedError
 from refseq_bench.scenarios.methods.reference import Reference
+from refseq_bench.scenarios.methods.shelf import Learning
 from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind
 from refseq_bench.sim.errors import SimError, StuckError
 from refseq_bench.worlds.errors import WorldsError
@@ -119,7 +120,14 @@ def test_methods_are_given_the_query_with_its_signal_faults(
 def test_a_map_is_shared_by_all_who_learn_the_same(asks: AnswerTask) -> None:
     alike = [replace(asks, methods=("vlad",)), replace(asks, query=REFERENCE), replace(asks, seed=2)]
     assert all(one.maps == asks.maps for one in alike)
-    others = [replace(asks, reference=QUERY), replace(asks, places="2:7"), replace(asks, sensors=(LASER,))]
+    smaller = replace(asks, made_by=Learning(words=0.5, alike=0.2))  # the whole one is kept
+    assert (smaller.maps, smaller.key == asks.key) == (asks.maps, False)
+    others = [
+        replace(asks, reference=QUERY),
+        replace(asks, places="2:7"),
+        replace(asks, sensors=(LASER,)),
+        replace(asks, made_by=Learning(features=("sift",))),
+    ]
     maps = [name for one in (asks, *others) for name in one.maps]
     assert len(set(maps)) == len(maps)
 
