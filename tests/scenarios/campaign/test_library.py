@@ -72,6 +72,7 @@ OWN = {
     "fewer-words",
     "compact-maps",
     "corners",
+    "prior-window",
 }
 
 MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp", "led-once", "led-by-laser"}
@@ -184,7 +185,7 @@ def test_recordings_are_shared() -> None:
     twins = sum(2 * len(one.scenario.seeds) for one in cases() if "/twin/" in one.name)
     track = sum(2 * len(one.scenario.seeds) for one in cases() if one.scenario.training_seeds)
     # Each twin, and each seed of the track, has its own world; for corners nothing is rendered.
-    assert len(drives(atlas=False)) <= 148 + 10 + 5 * 5 * 2 + twins + track
+    assert len(drives(atlas=False)) <= 148 + 10 + 5 * 5 * 2 + 14 + twins + track
     # Two paths as references, three queries, and one path as the only reference; eight references at one hour, four of
     # them at another and all at a third, and two queries, of which one is asked in both.
     # Nine buildings by the laser alone, four references and a query, of which nothing is rendered.
