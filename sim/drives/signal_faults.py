@@ -30,6 +30,7 @@ class SignalFaultKind(StrEnum):
     ODOMETRY_DOUBLED = "odometry-doubled"
     ODOMETRY_FROZEN = "odometry-frozen"
     ODOMETRY_REVERSED = "odometry-reversed"
+    ODOMETRY_SCALED = "odometry-scaled"
     CLOCK_JUMPING = "clock-jumping"
 
 
@@ -46,7 +47,8 @@ class SignalFault:
     """A fault from ``at`` to ``until`` [m of the odometer's way in the drive].
 
     ``camera`` is the one that is blank or frozen, or whose pictures are exchanged with those of ``other``. Beams within
-    ``width`` / 2 of ``bearing`` [degrees, to the left] are blind. Stamps jump by ``seconds``, ahead or back.
+    ``width`` / 2 of ``bearing`` [degrees, to the left] are blind. Stamps jump by ``seconds``, ahead or back. A scaled
+    odometer tells ``factor`` times its way and turns, as one does whose wheels are smaller than it was told.
     """
 
     __pydantic_config__ = TABLE
@@ -58,10 +60,13 @@ class SignalFault:
     bearing: float = 0.0
     width: float = 120.0
     seconds: float = -5.0
+    factor: float = 1.1
 
     def __post_init__(self) -> None:
         if not 0 <= self.at < self.until:
             raise SimError(f"fault {self.kind}: at = {self.at:g} m, until = {self.until:g} m; valid is 0 <= at < until")
+        if not 0 < self.factor < math.inf:
+            raise SimError(f"fault {self.kind}: factor = {self.factor} is not valid; it should be above 0, and finite")
         for name in ("bearing", "width", "seconds"):
             if not math.isfinite(getattr(self, name)):
                 raise SimError(f"fault {self.kind}: {name} = {getattr(self, name)} is not valid; it should be finite")
@@ -110,7 +115,7 @@ def _faulty(view: View, last: View, fault: SignalFault, rng: np.random.Generator
         case SignalFaultKind.CLOCK_JUMPING:
             return replace(view, time=view.time + fault.seconds)
         case _:
-            return _with_odometry(view, fault.kind)
+            return _with_odometry(view, fault)
 
 
 def _with_scan(view: View, last: View, fault: SignalFault) -> View:
@@ -126,15 +131,17 @@ def _with_scan(view: View, last: View, fault: SignalFault) -> View:
     return replace(view, scan=replace(scan, ranges=np.where(blind, np.inf, scan.ranges).astype(np.float32)))
 
 
-def _with_odometry(view: View, kind: SignalFaultKind) -> View:
-    if kind is SignalFaultKind.ODOMETRY_LOST:
+def _with_odometry(view: View, fault: SignalFault) -> View:
+    if fault.kind is SignalFaultKind.ODOMETRY_LOST:
         return replace(view, distance=0.0, turn=0.0, has_odometry=False)
     factors = {
         SignalFaultKind.ODOMETRY_DOUBLED: 2.0,
         SignalFaultKind.ODOMETRY_FROZEN: 0.0,
         SignalFaultKind.ODOMETRY_REVERSED: -1.0,
+        SignalFaultKind.ODOMETRY_SCALED: fault.factor,
     }
-    return replace(view, distance=factors[kind] * view.distance, turn=factors[kind] * view.turn)
+    factor = factors[fault.kind]
+    return replace(view, distance=factor * view.distance, turn=factor * view.turn)
 
 
 def _image(view: View, camera: str) -> NDArray[np.uint8]:

@@ -73,6 +73,7 @@ OWN = {
     "compact-maps",
     "corners",
     "prior-window",
+    "odometry-scale",
 }
 
 MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp", "led-once", "led-by-laser"}

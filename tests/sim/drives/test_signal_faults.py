@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -64,6 +66,18 @@ def test_odometry_is_multiplied(kind, factor):
     for k in ILL:
         view = faulty(kind)[k]
         assert (view.distance, view.turn) == (factor * VIEWS[k].distance, factor * VIEWS[k].turn)
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.1])
+def test_a_scaled_odometer_tells_a_share_of_its_way_and_turns(factor):
+    view = faulty(SignalFaultKind.ODOMETRY_SCALED, factor=factor)[5]
+    assert (view.distance, view.turn) == (factor * VIEWS[5].distance, factor * VIEWS[5].turn)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, math.inf, math.nan])
+def test_an_odometer_that_stands_or_runs_back_is_another_fault(factor):
+    with pytest.raises(SimError, match=r"odometry-scaled: factor = .* is not valid; it should be above 0, and finite"):
+        SignalFault(SignalFaultKind.ODOMETRY_SCALED, factor=factor)
 
 
 def test_lost_odometry_says_so():
