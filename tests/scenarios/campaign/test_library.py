@@ -74,6 +74,7 @@ OWN = {
     "corners",
     "prior-window",
     "odometry-scale",
+    "part-of-the-way",
 }
 
 MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp", "led-once", "led-by-laser"}
