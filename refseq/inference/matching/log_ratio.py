@@ -30,8 +30,8 @@ class LogRatioSettings:
 
     ``blind``, from 0 to below 1, is the chance that a view tells nothing of its place: something covers it, lamps are
     off, it changed. With a larger one a single view rules out less. Reference views are compared with places at least
-    ``apart`` [m] away, ``views`` of them at most, spread evenly, for a sample of ``scores`` at most. What has to average
-    1 or less is the product of the ratios of ``runs`` views in a row, at as many places in a row.
+    ``apart`` [m] away, ``views`` at most, spread evenly, for a sample of ``scores`` at most. What has to average 1 or
+    less is the product of the ratios of ``runs`` views in a row, at as many places in a row.
 
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
     while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked:
