@@ -155,7 +155,7 @@ def _change(content: dict[str, Any], change: str) -> None:
 LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
-        "log_ratio": {"runs": 1, "scans": 0, "scans_alone": 0, "geometry": 0},
+        "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0},
         "motion": {"stands_once": False},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
     }

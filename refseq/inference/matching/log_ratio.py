@@ -30,8 +30,7 @@ class LogRatioSettings:
 
     ``blind``, from 0 to below 1, is the chance that a view tells nothing of its place: something covers it, lamps are
     off, it changed. With a larger one a single view rules out less. Reference views are compared with places at least
-    ``apart`` [m] away, ``views`` at most, spread evenly, for a sample of ``scores`` at most. What has to average 1 or
-    less is the product of the ratios of ``runs`` views in a row, at as many places in a row.
+    ``apart`` [m] away, ``views`` of them at most, spread evenly, for a sample of ``scores`` at most.
 
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
     while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked:
@@ -43,17 +42,14 @@ class LogRatioSettings:
     apart: float = 4.0
     views: int = 400
     scores: int = 200_000
-    runs: int = 1
     scans: int = 0
     scans_alone: int = 0
     geometry: int = 0
 
     def __post_init__(self) -> None:
-        """Raise ``ValueError`` for a ``blind`` that is no such chance, and for runs without a view."""
+        """Raise ``ValueError`` for a ``blind`` that is no such chance."""
         if not 0 <= self.blind < 1:
             raise ValueError(f"log_ratio.blind is {self.blind}; valid is at least 0 and less than 1")
-        if self.runs < 1:
-            raise ValueError(f"log_ratio.runs is {self.runs}; valid is at least 1")
 
 
 class Calibration:
@@ -135,8 +131,8 @@ class LogRatioModel:
 
     def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: LogRatioSettings) -> None:
         self._K, self._blind = matrix.K, settings.blind
-        runs = _runs(matrix.K, settings)
-        columns = dict(zip(chosen := np.unique(runs), matrix.columns_of(chosen), strict=True))
+        chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
+        columns = matrix.columns_of(chosen)
         self._blocks: dict[str, tuple[Detection, Calibration]] = {}
         self._elsewhere: dict[str, NDArray[np.float32]] = {}
         self._powers: dict[frozenset[str], float] = {}
@@ -144,11 +140,11 @@ class LogRatioModel:
             if np.isin(matrix.sightings(block), (0, matrix.K)).all():
                 continue  # the same at all places, it tells none from another
             model = Detection(matrix.block(key))
-            views = {k: _within(column, block) for k, column in columns.items()}
-            scores = _elsewhere(model, runs, views, along, settings)
-            calibration = Calibration(scores.ravel())
+            views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
+            scores = _elsewhere(model, views, along, settings)
+            calibration = Calibration(scores)
             self._blocks[key] = model, calibration
-            self._elsewhere[key] = calibration.log_ratios(scores.ravel()).astype(np.float32).reshape(scores.shape)
+            self._elsewhere[key] = calibration.log_ratios(scores).astype(np.float32)
 
     def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
         """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block.
@@ -174,13 +170,12 @@ class LogRatioModel:
         """Power of the product of some blocks' ratios at which places elsewhere average 1 or less in the reference.
 
         Blocks of one camera, or of sensors that look at one door, are wrong together: where each averages 1, their
-        product can average a hundred. So are views that follow each other along one wall. The reference's own views,
-        held out, tell by how much.
+        product can average a hundred. The reference's own views, held out, tell by how much.
         """
         chosen = frozenset(keys)
         if chosen not in self._powers:
-            products = sum((self._elsewhere[key] for key in sorted(chosen)), np.zeros((1, 1), np.float32))
-            self._powers[chosen] = power_of(products.astype(np.float64), self._blind)
+            products = sum((self._elsewhere[key] for key in sorted(chosen)), np.zeros(1, np.float32))
+            self._powers[chosen] = power_of(products.astype(np.float64))
         return self._powers[chosen]
 
 
@@ -192,16 +187,11 @@ def unless_blind(log_ratios: NDArray[np.float64], blind: float) -> NDArray[np.fl
     return mixed
 
 
-def power_of(log_ratios: NDArray[np.float64], blind: float = 0.0) -> float:
-    """The largest power up to 1 at which ratios average 1 or less; 0 where none does.
-
-    ``log_ratios`` (n, R) are of n runs of R views. Of one view what it may be ``blind`` to changes no power.
-    """
+def power_of(log_ratios: NDArray[np.float64]) -> float:
+    """The largest power up to 1 at which ratios average 1 or less; 0 where none does."""
 
     def log_mean(power: float) -> float:
-        raised = power * log_ratios
-        runs = raised if raised.shape[1] == 1 else unless_blind(raised, blind)
-        return float(logsumexp(runs.sum(axis=1)) - np.log(len(runs)))
+        return float(logsumexp(power * log_ratios) - np.log(len(log_ratios)))
 
     # A convex function that is 0 at 0: where it is above 0 at 1, it has one other root at most.
     if not len(log_ratios) or log_mean(1.0) <= 0:
@@ -222,34 +212,17 @@ def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
     return column[low:high] - block.start
 
 
-def _runs(places: int, settings: LogRatioSettings) -> NDArray[np.intp]:
-    """Runs of reference views, spread evenly: (G, R) places that each was seen at."""
-    length = min(int(settings.runs), places)
-    count = max(1, min(places, int(settings.views)) // length)
-    starts = np.unique(np.linspace(0, places - length, count).round().astype(int))
-    return starts[:, np.newaxis] + np.arange(length)
-
-
 def _elsewhere(
     model: Detection,
-    runs: NDArray[np.intp],
-    views: Mapping[int, NDArray[np.intp]],
+    views: list[tuple[int, NDArray[np.intp]]],
     along: NDArray[np.float64],
     settings: LogRatioSettings,
 ) -> NDArray[np.float64]:
-    """Scores of runs of reference views at runs of places far from them, (n, R).
-
-    Those of views that show nothing are among them.
-    """
-    kept = max(1, int(settings.scores) // runs.size)
-    length = runs.shape[1]
-    starts = np.arange(len(along) - length + 1)
+    """Scores of reference views at places far from them, those of views that show nothing among them."""
+    kept = max(1, int(settings.scores) // max(len(views), 1))
     scores = []
-    for run in runs:
-        apart = [np.abs(along[starts + step] - along[k]) > settings.apart for step, k in enumerate(run)]
-        far = np.flatnonzero(np.all(apart, axis=0) & (np.abs(starts - run[0]) > REACH))
+    for k, ids in views:
+        far = np.flatnonzero((np.abs(along - along[k]) > settings.apart) & (np.abs(np.arange(len(along)) - k) > REACH))
         if len(far):
-            far = far[:: -(-len(far) // kept)]
-            found = [model.log_ratios(views[k], held_out=True, places=far + step) for step, k in enumerate(run)]
-            scores.append(np.stack(found, axis=1))
-    return np.concatenate(scores) if scores else np.zeros((0, length))
+            scores.append(model.log_ratios(ids, held_out=True, places=far[:: -(-len(far) // kept)]))
+    return np.concatenate(scores) if scores else np.zeros(0)

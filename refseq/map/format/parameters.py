@@ -82,7 +82,6 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "apart": LENGTH,
             "views": (1, 100_000),
             "scores": (1, 10**8),
-            "runs": (1, 100),
             "scans": (0, 1000),
             "scans_alone": (0, 1000),
             "geometry": (0, 1000),

@@ -1,5 +1,4 @@
 import operator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from refseq.inference.matching.log_ratio import (
     LogRatioModel,
     LogRatioSettings,
     PValues,
-    _runs,
     log_calibrated,
     log_mean_calibrated,
     power_of,
@@ -198,44 +196,12 @@ def test_blocks_that_err_together_count_less(copies: int) -> None:
 @quick
 @given(arrays(np.float64, st.integers(1, 30), elements=st.floats(-30, 30)))
 def test_the_power_is_the_largest_that_keeps_the_mean_at_one(log_ratios: np.ndarray) -> None:
-    power = power_of(log_ratios[:, np.newaxis])
+    power = power_of(log_ratios)
     assert 0 <= power <= 1
     assert logsumexp(power * log_ratios) - np.log(len(log_ratios)) <= 1e-4
     if 0 < power < 1:
         more = min(1.0, power + 1e-3)
         assert logsumexp(more * log_ratios) - np.log(len(log_ratios)) > 0
-
-
-@quick
-@given(arrays(np.float64, st.tuples(st.integers(1, 20), st.integers(2, 4)), elements=st.floats(-10, 10)))
-def test_the_power_of_runs_is_the_largest_at_which_their_products_average_one(log_ratios: np.ndarray) -> None:
-    def mean(power: float) -> float:
-        return float((0.2 + 0.8 * np.exp(power * log_ratios)).prod(axis=1).mean())
-
-    power = power_of(log_ratios, 0.2)
-    assert 0 <= power <= 1
-    assert mean(power) <= 1 + 1e-3
-    if 0 < power < 1:
-        assert mean(min(1.0, power + 1e-2)) > mean(power)
-        assert mean(min(1.0, power + 1e-2)) > 1 - 1e-9
-
-
-def test_views_that_err_together_count_less() -> None:
-    """A corridor that is there twice: what a run of views says of its copy is no three views' evidence."""
-    seen = drive(5, period=20)
-    one, three = model_of(seen, spacing=1.0), model_of(seen, spacing=1.0, runs=3)
-    assert one.power(["b0"]) == 1
-    assert 0 < three.power(["b0"]) < 1
-
-
-def test_runs_of_one_view_are_views_and_longer_ones_follow_each_other() -> None:
-    ten = LogRatioSettings(views=10)
-    np.testing.assert_array_equal(_runs(7, ten), np.arange(7)[:, np.newaxis])
-    runs = _runs(100, replace(ten, runs=3))
-    assert runs.shape == (3, 3)
-    assert (runs[0, 0], runs[-1, -1]) == (0, 99)
-    np.testing.assert_array_equal(np.diff(runs, axis=1), 1)
-    np.testing.assert_array_equal(_runs(2, replace(ten, runs=3)), [[0, 1]])  # a path shorter than a run
 
 
 @pytest.mark.parametrize(("apart", "spacing"), [(4.0, 1.0), (9.5, 1.0), (4.0, 0.25), (0.0, 5.0)])
