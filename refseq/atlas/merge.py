@@ -16,7 +16,7 @@ from refseq.atlas.look_alikes import look_alikes
 from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import SPACING, LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.scan_check import ScanCheck, lie
-from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
+from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, views_of
 from refseq.errors import MapError
 from refseq.map.map import Map, beside, check_is_map
 
@@ -102,7 +102,7 @@ class _Merging:
         self._known = frozenset(known)
         self._settings = settings
         self._number = {path.name: number for number, path in enumerate(map_.paths)}
-        self._tracks = [track_of(map_, path) for path in map_.paths]
+        self._tracks = list(map(map_.track, map_.paths))
         self._held = held_joins(map_)
         self._scans = ScanCheck(map_, self._tracks, settings)
 

@@ -23,14 +23,6 @@ def views_of(map_: Map, name: str) -> NDArray[np.intp]:
     return np.flatnonzero(path.sequences == map_.names.index(name))
 
 
-def track_of(map_: Map, path: MapPath) -> NDArray[np.float64]:
-    """Poses of a path's views by its own odometry, (K, 3); (0, 3) where that is not known."""
-    if len(path.odometry) or path.name not in map_.names:
-        return path.odometry
-    own = map_.sequences[map_.names.index(path.name)]
-    return own.odometry if len(own) == len(path) else path.odometry
-
-
 def held_joins(map_: Map) -> list[CandidateJoin]:
     """The joins that a map has: where a path runs through places that were learnt along another, or comes back."""
     numbers = {path.name: number for number, path in enumerate(map_.paths)}

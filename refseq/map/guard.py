@@ -77,10 +77,11 @@ class SensorGuard:
         """Compare a view that came so after the last one that counted."""
         measured = self._matcher.match(view)
         if step.motion is Motion.OPEN:
-            return [replace(one, distance=math.nan) for one in measured]
+            return [replace(one, distance=math.nan, turn=math.nan) for one in measured]
         if not self._stands_once:
             return measured
-        return [replace(one, distance=step.distance, again=step.motion is Motion.NONE) for one in measured]
+        again = step.motion is Motion.NONE
+        return [replace(one, distance=step.distance, turn=step.turn, again=again) for one in measured]
 
     def _check_cameras(self, view: View) -> None:
         """Raise ``ViewError`` as long as no camera of the map was met: names differ, or the robot does."""

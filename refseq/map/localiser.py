@@ -11,7 +11,7 @@ from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.stages import ChainTracker
 from refseq.map.stands import Stands
-from refseq.map.trackers import tracker_for
+from refseq.map.trackers import tracker_for, turns_behind
 from refseq.view import View
 
 
@@ -111,7 +111,7 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     profile, summed over all paths (``path_smoothed``) whatever its decoding. Raises ``MapError`` for a map of several
     paths.
     """
-    tracker = ChainTracker(map_.sequence)
+    tracker = ChainTracker(map_.sequence, turns=turns_behind(map_))
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
     beside, stands = BesideWords(map_, guard.sensors), Stands()
     measured: list[Measurement] = []

@@ -174,6 +174,13 @@ class Map:
         own = np.array([name == path.name for name in self.names])
         return np.asarray(own[path.sequences])
 
+    def track(self, path: MapPath) -> NDArray[np.float64]:
+        """Poses of a path's views by its own odometry, (K, 3); (0, 3) where that is not known."""
+        if len(path.odometry) or path.name not in self.names:
+            return path.odometry
+        own = self.sequences[self.names.index(path.name)]
+        return own.odometry if len(own) == len(path) else path.odometry
+
     @property
     def held_by(self) -> NDArray[np.intp]:
         """For each view of all paths, one behind the other, the view whose place it is at now: mostly itself."""

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any
 
@@ -28,7 +28,8 @@ Features = Mapping[str, NDArray[np.intp]]
 class Measurement:
     """A view after matching with one sequence: the likelihood of each of its places (K,), sum 1.
 
-    ``distance`` is the motion since the last view [m], NaN where nobody measured it; ``timings`` what matching cost.
+    ``distance`` and ``turn`` are the motion since the last view [m, rad], NaN where nobody measured it; ``timings`` is
+    what matching cost.
     ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None`` where the matching
     does not tell; the likelihood is then the same but for a factor. ``log_average`` is the log-likelihood of the
     average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture alone. With ``again``
@@ -41,6 +42,7 @@ class Measurement:
     log_ratio: NDArray[np.float64] | None = None
     log_average: float = -math.inf
     again: bool = False
+    turn: float = math.nan
 
 
 class Matcher:
@@ -70,13 +72,14 @@ class Matcher:
         start = clock()
         described = {e.key: e.describe(view) for e in self.extractors[0] if e.sensor in view.sensors}
         spent = clock() - start
-        distance = view.distance if view.has_odometry else math.nan
+        distance, turn = (view.distance, view.turn) if view.has_odometry else (math.nan, math.nan)
         measured = []
         for sequence, extractors in zip(self._sequences, self.extractors, strict=True):
             start = time.perf_counter()
             seen = {e.key: e.recognise(described[e.key]) for e in extractors if e.key in described}
             timings = Timings(features=spent, matching=time.perf_counter() - start)
-            measured.append(compare(sequence, seen, distance, (self._seed, self._count), timings))
+            found = compare(sequence, seen, distance, (self._seed, self._count), timings)
+            measured.append(replace(found, turn=turn))
             spent = 0.0  # it is the first one's
         self._count += 1
         self.described = described

@@ -15,6 +15,7 @@ from refseq.inference.chain.emissions import Seen
 from refseq.inference.chain.forward import StatePosterior
 from refseq.inference.chain.motion import motion_prior
 from refseq.inference.chain.run_out import path_filter
+from refseq.inference.chain.turns_behind import TurnsBehind
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder
@@ -31,15 +32,15 @@ class SequenceTracker(Protocol):
         """Take the next measurement and answer."""
 
 
-def stage_tracker(stage: Stage, sequence: ReferenceSequence) -> SequenceTracker:
-    """A fresh tracker of a stage."""
+def stage_tracker(stage: Stage, sequence: ReferenceSequence, turns: TurnsBehind | None = None) -> SequenceTracker:
+    """A fresh tracker of a stage; ``turns`` are asked by the chain."""
     match stage:
         case Stage.UNIFORM:
             return SingleView(sequence.profile.chain.lost_at_start)
         case Stage.PRIOR:
             return MotionFilter(sequence)
         case Stage.CHAIN:
-            return ChainTracker(sequence)
+            return ChainTracker(sequence, turns=turns)
 
 
 class SingleView:
@@ -118,14 +119,17 @@ class ChainTracker:
 
     Over the mixture it observes what ``chain.observation`` says, as in Fig. 3.11c the posterior under the motion prior.
     That prior must not come from the chain's own answer: a wrong answer would then confirm itself. Log-ratios need
-    no such detour: they weigh the places against being lost already. ``settings`` are by default the profile's.
+    no such detour: they weigh the places against being lost already, and with ``turns`` the way behind weighs them too.
+    ``settings`` are by default the profile's.
     """
 
-    def __init__(self, sequence: ReferenceSequence, settings: ChainSettings | None = None) -> None:
+    def __init__(
+        self, sequence: ReferenceSequence, settings: ChainSettings | None = None, *, turns: TurnsBehind | None = None
+    ) -> None:
         profile = sequence.profile
         self.chain = Chain(sequence.along, profile.motion, settings or profile.chain)
         self._filter = MotionFilter(sequence)
-        self._sequence = sequence
+        self._sequence, self._turns = sequence, turns
         forward = profile.method.decoding is Decoder.FORWARD
         self._decoder = path_filter(self.chain) if forward else SlidingViterbi(self.chain)
 
@@ -133,6 +137,8 @@ class ChainTracker:
         """Forget all views seen."""
         self._filter.reset()
         self._decoder.reset()
+        if self._turns is not None:
+            self._turns.reset()
 
     def update(self, measured: Measurement) -> Belief:
         """Decode the views up to this measured."""
@@ -151,7 +157,8 @@ class ChainTracker:
     def observation(self, measured: Measurement) -> Observation:
         """A measurement as the chain sees it."""
         if measured.log_ratio is not None:
-            return Observation(measured.distance, measured.log_ratio, 0.0, measured.again)
+            log_ratio = with_turns(self._turns, measured, measured.log_ratio)
+            return Observation(measured.distance, log_ratio, 0.0, measured.again)
         places, lost = self._sequence.emissions.log_likelihood(self._seen(measured))
         return Observation(measured.distance, places, lost, measured.again)
 
@@ -162,6 +169,13 @@ class ChainTracker:
         # The average features are as likely as before; the places, where the robot is expected, more than on average.
         log_average = measured.log_average - math.log(evidence * len(posterior))
         return Seen(posterior, measured.likelihood, log_average)
+
+
+def with_turns(turns: TurnsBehind | None, measured: Measurement, log_ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Log ratios of positions (K,) with what the way behind tells of them."""
+    if turns is None:
+        return log_ratio
+    return log_ratio + turns.log_ratios(measured.distance, measured.turn, again=measured.again)
 
 
 def decoded_belief(decoded: Decoding | StatePosterior, lost_after: NDArray[np.float64], timings: Timings) -> Belief:

@@ -20,11 +20,12 @@ from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entrop
 from refseq.inference.chain.chain import Chain, Observation
 from refseq.inference.chain.run_out import path_filter
 from refseq.inference.chain.trajectory import trajectory_entropy
+from refseq.inference.chain.turns_behind import LearntWays, TurnsBehind
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder, Matching
 from refseq.map.sequence import ReferenceSequence
-from refseq.map.stages import ChainTracker, decoded_belief, stage_tracker
+from refseq.map.stages import ChainTracker, decoded_belief, stage_tracker, with_turns
 from refseq.map.stands import Stands
 
 
@@ -49,7 +50,13 @@ def _tracker_for(stage: Stage, map_: Map) -> Tracker:
     filters = stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD
     if filters and not (map_.has_one_path and not len(map_.loops)):
         return NetworkTracker(map_)
-    return OnlySequence(stage, map_.sequence) if map_.has_one_path else SurestSequence(stage, map_)
+    return OnlySequence(stage, map_) if map_.has_one_path else SurestSequence(stage, map_)
+
+
+def turns_behind(map_: Map) -> TurnsBehind | None:
+    """What the odometer's turns tell of the positions of the map's network; None where they are not asked."""
+    reach = map_.profile.log_ratio.turns
+    return TurnsBehind(LearntWays.of(map_.network, list(map(map_.track, map_.paths))), reach) if reach > 0 else None
 
 
 class StandingTracker:
@@ -71,8 +78,8 @@ class StandingTracker:
 class OnlySequence:
     """The answer of the one sequence that there is."""
 
-    def __init__(self, stage: Stage, sequence: ReferenceSequence) -> None:
-        self._tracker = stage_tracker(stage, sequence)
+    def __init__(self, stage: Stage, map_: Map) -> None:
+        self._tracker = stage_tracker(stage, map_.sequence, turns_behind(map_) if stage is Stage.CHAIN else None)
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -181,18 +188,22 @@ class NetworkTracker:
 
     def __init__(self, map_: Map) -> None:
         self._network, self._count = map_.network, len(map_)
-        self._filter = path_filter(self._network)
+        self._filter, self._turns = path_filter(self._network), turns_behind(map_)
 
     def reset(self) -> None:
         """Forget all views seen."""
         self._filter.reset()
+        if self._turns is not None:
+            self._turns.reset()
 
     def update(self, measured: Sequence[Measurement]) -> Belief:
         """Filter the views up to this one."""
         start = time.perf_counter()
         places = self._network.places
         log_ratio = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
-        posterior = self._filter.update(Observation(measured[0].distance, log_ratio[places], 0.0, measured[0].again))
+        first = measured[0]
+        told = with_turns(self._turns, first, log_ratio[places])
+        posterior = self._filter.update(Observation(first.distance, told, 0.0, first.again))
         at, lost_after = (
             np.asarray(np.bincount(places, shares, self._count), np.float64)
             for shares in (posterior.places, self._network.chain.lost_after(posterior.lost))

@@ -13,7 +13,6 @@ from refseq.atlas.decision import Decision
 from refseq.atlas.found import FoundOverlap
 from refseq.atlas.merge import Merged
 from refseq.atlas.scans import ScannedPath, ScanWindow, windows
-from refseq.atlas.sharing import track_of
 from refseq.files import replace_text
 from refseq.map.map import Map
 from refseq.pose_graph import motions_between, moved
@@ -124,7 +123,7 @@ class _Look:
         self.paths = (found.other, found.one) if turned else (found.one, found.other)
         self.pairs: NDArray[np.intp] = found.views[:, ::-1] if turned else found.views
         self.names = decision.one, decision.other
-        mine, its = (ScannedPath.of(track_of(map_, map_.paths[path]), map_.paths[path].scans) for path in self.paths)
+        mine, its = (ScannedPath.of(map_.track(map_.paths[path]), map_.paths[path].scans) for path in self.paths)
         self._scanned = None if mine is None or its is None else (mine, its)
 
     @cached_property

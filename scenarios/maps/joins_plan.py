@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.sharing import track_of
 from refseq.map.map import Map
 from refseq.pose_graph import motions_between, moved
 
@@ -51,7 +50,7 @@ def drawn_plan(map_: Map, paths: tuple[int, int], pairs: NDArray[np.intp], marke
         ways = [_way("way", path.poses, 1) for path in map_.paths if len(path.poses)]
     else:
         caption = "Where this join alone would put the paths, by their odometry."
-        poses = [track_of(map_, map_.paths[path]) for path in paths]
+        poses = [map_.track(map_.paths[path]) for path in paths]
         if not all(len(each) for each in poses):
             return DrawnPlan((), (), "0 0 1 1", 1.0, "No odometry, no plan.")
         if paths[0] == paths[1]:

@@ -85,6 +85,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "scans": (0, 1000),
             "scans_alone": (0, 1000),
             "geometry": (0, 1000),
+            "turns": LENGTH,
         },
         "motion": {"slack": LENGTH, "drift": (0.0, 100.0), "tail": SHARE, "regularisation": SHARE},
         "chain": {

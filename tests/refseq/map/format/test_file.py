@@ -422,7 +422,8 @@ def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
     rewrite(saved_best, forget)
     assert error_of(saved_best) == (
         f"{saved_best}: map.json and arrays do not make a map: "
-        "profile.log_ratio is None; valid is a table of apart, blind, geometry, scans, scans_alone, scores, views"
+        "profile.log_ratio is None; "
+        "valid is a table of apart, blind, geometry, scans, scans_alone, scores, turns, views"
     )
 
 
