@@ -236,7 +236,7 @@ class _Absent:
 
 
 def _values(one: MethodRecord, seeds: int) -> Mapping[str, float | int | str | None]:
-    """All that can be shown of a method: counts of views (of missions: of runs), means of costs, the figures."""
+    """All that can be shown of a method: counts of views (of missions: of runs), of features, and the figures."""
     counts: dict[str, float | int | str | None] = {"seeds": seeds, "of": one.success.of}
     for share, name in ((one.success, ""), (one.success_narrow, "_narrow")):
         failures = share.of - share.right
@@ -246,16 +246,12 @@ def _values(one: MethodRecord, seeds: int) -> Mapping[str, float | int | str | N
             f"failures{name}_a_seed": failures / seeds if seeds else None,
             f"success{name}": 100 * share.share if share.of else None,
         }
-    costs = {
-        "features": _mean([cost.features for cost in one.costs.values()]),
-        "megabytes": _mean([cost.bytes_kept / 1e6 for cost in one.costs.values()]),
-    }
-    return counts | costs | {name: value for name, value in one.figures.items() if name.isidentifier()}
+    counts["features"] = _mean([cost.features for cost in one.costs.values() if cost.features is not None])
+    return counts | {name: value for name, value in one.figures.items() if name.isidentifier()}
 
 
-def _mean(values: Sequence[float | None]) -> float | None:
-    told = [value for value in values if value is not None]
-    return math.fsum(told) / len(told) if told else None
+def _mean(values: Sequence[float]) -> float | None:
+    return math.fsum(values) / len(values) if values else None
 
 
 def _origin(sources: Sequence[CellSource]) -> str:

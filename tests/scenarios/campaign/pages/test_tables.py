@@ -97,17 +97,17 @@ def test_several_tables_are_replaced_each_in_its_place() -> None:
     ]
 
 
-def test_costs_are_means_of_the_seeds() -> None:
+def test_features_are_the_mean_of_the_seeds() -> None:
     costs = {
-        seed: Cost(learn_s=1, answer_s=1, places=5, bytes_kept=size, features=seen, peak_bytes=1)
-        for seed, size, seen in ((1, 2_000_000, 100), (2, 3_000_000, None), (3, 4_000_000, 300))
+        seed: Cost(learn_s=1, answer_s=1, places=5, bytes_kept=1, features=seen, peak_bytes=1)
+        for seed, seen in ((1, 100), (2, None), (3, 300))
     }
     day, night, late = RUN.cases
     known = day.model_copy(update={"methods": tuple(one.model_copy(update={"costs": costs}) for one in day.methods)})
-    told = page(("{failures} of {of}", "{features:.0f} in {megabytes:.1f} MB"))
+    told = page(("{failures} of {of}", "{features:.0f} features"))
     found = body(told, RUN.model_copy(update={"cases": (known, night, late)}))
-    assert "| by **day** | 200 in 3.0 MB | 200 in 3.0 MB |" in found
-    assert f"| by night | {NONE} in {NONE} MB |" in found
+    assert "| by **day** | 200 features | 200 features |" in found
+    assert f"| by night | {NONE} features |" in found
 
 
 @pytest.mark.parametrize(
