@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from refseq_bench.worlds.arrays import Floats
@@ -105,16 +105,21 @@ def test_width_and_glass_are_as_asked() -> None:
 
 
 @given(seeds, dials)
+@example(2**50 - 1, Dials())  # a window behind the only lamp of a short leg
 @quick
 def test_no_corridor_is_dark_by_day(seed: int, turned: Dials) -> None:
-    """Lamps that wait for dusk hang only where a window is beside them, which is found here by its distance."""
+    """Lamps that wait for dusk hang only where a window is on their leg, which is found here by its distance.
+
+    A leg begins half a step before its first lamp, and ends less than two steps behind its last one.
+    """
     for plan in (corridor(seed, turned), building(seed, turned)):
         windows = np.array([along_wall(plan.wall_named(w.wall), w.at) for w in plan.window]).reshape(-1, 2)
         for lamp in plan.lamp:
             step = float(np.linalg.norm(lamp.step))
             ahead = np.array(lamp.step) / step
             along, aside = np.array([ahead, (-ahead[1], ahead[0])]) @ (windows - lamp.first).T
-            beside = np.any((abs(aside) < HALF_A_CORRIDOR) & (along > -step) & (along < lamp.count * step))
+            on_leg = (along > -step / 2) & (along < (lamp.count + 1) * step)
+            beside = np.any((abs(aside) < HALF_A_CORRIDOR) & on_leg)
             assert beside or lamp.switch == "always", (plan.name, lamp.name)
 
 
