@@ -29,11 +29,10 @@ class Measurement:
     """A view after matching with one sequence: the likelihood of each of its places (K,), sum 1.
 
     ``distance`` and ``turn`` are the motion since the last view [m, rad], NaN where nobody measured it; ``timings`` is
-    what matching cost.
-    ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None`` where the matching
-    does not tell; the likelihood is then the same but for a factor. ``log_average`` is the log-likelihood of the
-    average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture alone. With ``again``
-    the robot has stood since the last view, and this one shows the same once more.
+    what matching cost. ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None``
+    where the matching does not tell; the likelihood is then the same but for a factor. ``log_average`` is the
+    log-likelihood of the average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture
+    alone. With ``again`` the robot has stood since the last view, and this one shows the same once more.
     """
 
     likelihood: NDArray[np.float64]

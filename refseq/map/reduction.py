@@ -56,7 +56,7 @@ def with_most_informative(sequence: ReferenceSequence, count: int) -> ReferenceS
 
 
 def share_of_words(sequence: ReferenceSequence, share: float) -> int:
-    """How many words a share of all of them is, at least one."""
+    """Number of words that a share of all of them is, at least one."""
     return max(1, round(share * sum(extractor.size for extractor in sequence.extractors if extractor.state())))
 
 

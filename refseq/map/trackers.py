@@ -54,7 +54,7 @@ def _tracker_for(stage: Stage, map_: Map) -> Tracker:
 
 
 def turns_behind(map_: Map) -> TurnsBehind | None:
-    """What the odometer's turns tell of the positions of the map's network; None where they are not asked."""
+    """Evidence of the odometer's turns for the positions of the map's network; None where it is not asked."""
     reach = map_.profile.log_ratio.turns
     return TurnsBehind(LearntWays.of(map_.network, list(map(map_.track, map_.paths))), reach) if reach > 0 else None
 

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from refseq.map.map import Map
 from refseq.view import View
-from refseq_bench.scenarios.methods.shelf import Shelf, learn_map
+from refseq_bench.scenarios.methods.shelf import WHOLE, Shelf
 
 Made = TypeVar("Made")
 
@@ -16,7 +16,7 @@ class Reference:
     """The drive to learn from."""
 
     views: Sequence[View]
-    shelf: Shelf = learn_map
+    shelf: Shelf = WHOLE.learnt
     _made: dict[Callable[..., Any], Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def once(self, make: Callable[[Sequence[View]], Made]) -> Made:

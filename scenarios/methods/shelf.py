@@ -13,14 +13,9 @@ Shelf = Callable[[str, Sequence[View]], Map]
 """Gives the map of some views with a profile, by its name: one that is kept, or one that is learnt now."""
 
 
-def learn_map(profile: str, views: Sequence[View]) -> Map:
-    """Learn the map of some views with a profile: a shelf on which nothing is kept."""
-    return learn(views, profile=profile)
-
-
 @dataclass(frozen=True, slots=True)
 class Learning:
-    """How our own localiser's map of a drive is made.
+    """Making of our own localiser's map of a drive.
 
     ``features`` are names of ``refseq.map.extractors.FEATURES``, None: the profile's. Of what was learnt only a share
     of the ``words`` is kept, those that tell most about the place (2.6), and neighbouring places that are at most
@@ -36,7 +31,7 @@ class Learning:
         return learn(views, profile=profile, features=self.features)
 
     def smaller(self, map_: Map) -> Map:
-        """What is kept of a map that was learnt."""
+        """The part that is kept of a map that was learnt."""
         if self.words < 1:
             kept = (with_most_informative(one, share_of_words(one, self.words)) for one in map_.sequences)
             map_ = replace(map_, sequences=tuple(kept))
@@ -44,4 +39,4 @@ class Learning:
 
 
 WHOLE = Learning()
-"""All that the profile learns."""
+"""All that the profile learns; ``WHOLE.learnt`` is a shelf on which nothing is kept."""

@@ -39,22 +39,19 @@ class LearntWays:
 
         Where paths meet, a robot may have come by any of them: no way is known from behind that.
         """
-        along = network.chain.along
-        first = np.cumsum([0, *map(len, network.paths)])[:-1]
+        along, lengths = network.chain.along, [len(path) for path in network.paths]
         headings = [
-            np.unwrap(track[:, 2]) if len(track) else np.zeros(len(path))
-            for path, track in zip(network.paths, tracks, strict=True)
+            np.unwrap(track[:, 2]) if len(track) else np.zeros(length)
+            for length, track in zip(lengths, tracks, strict=True)
         ]
         begins = network.linked > 1
-        begins[first] = True
+        begins[np.cumsum([0, *lengths[:-1]])] = True
         since = np.maximum.accumulate(np.where(begins, np.arange(len(along)), 0))
-        told = np.concatenate(
-            [np.full(len(path), len(track) > 0) for path, track in zip(network.paths, tracks, strict=True)]
-        )
+        told = np.repeat([len(track) > 0 for track in tracks], lengths)
         return cls(along, np.concatenate(headings), np.where(told, along - along[since], 0.0))
 
     def bends(self, metres: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far the way turned over the last ``metres`` (K,) before each position, (K,) [rad]."""
+        """Turn of the way over the last ``metres`` (K,) before each position, (K,) [rad]."""
         return self.heading - np.interp(self.along - metres, self.along, self.heading)
 
 

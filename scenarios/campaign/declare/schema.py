@@ -153,7 +153,7 @@ SourceTable = Annotated[
 
 
 class LearnTable(Table):
-    """How our own localiser's maps are made; the fields of ``refseq_bench.scenarios.methods.shelf.Learning``."""
+    """Making of our own localiser's maps; the fields of ``refseq_bench.scenarios.methods.shelf.Learning``."""
 
     features: Annotated[tuple[Feature, ...], Field(min_length=1)] | None = None
     words: Annotated[Finite, Field(gt=0, le=1)] = 1.0

@@ -18,11 +18,11 @@ Each cell needs a ``case``, a ``method`` and what to ``show`` of it; each of the
 table, by the row or by the column.
 """
 
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import fmean
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -246,12 +246,9 @@ def _values(one: MethodRecord, seeds: int) -> Mapping[str, float | int | str | N
             f"failures{name}_a_seed": failures / seeds if seeds else None,
             f"success{name}": 100 * share.share if share.of else None,
         }
-    counts["features"] = _mean([cost.features for cost in one.costs.values() if cost.features is not None])
+    features = [cost.features for cost in one.costs.values() if cost.features is not None]
+    counts["features"] = fmean(features) if features else None
     return counts | {name: value for name, value in one.figures.items() if name.isidentifier()}
-
-
-def _mean(values: Sequence[float]) -> float | None:
-    return math.fsum(values) / len(values) if values else None
 
 
 def _origin(sources: Sequence[CellSource]) -> str:

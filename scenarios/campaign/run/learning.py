@@ -36,9 +36,10 @@ def kept_maps(store: Store, learning: Learning, key_for: Callable[[str], str]) -
 
         key = key_for(profile)
         try:
-            return learning.smaller(Map.load(store.make(key, MAP, make)))
+            whole = Map.load(store.make(key, MAP, make))
         except RefseqError:
             store.discard(key)
-            return learning.smaller(Map.load(store.make(key, MAP, make)))
+            whole = Map.load(store.make(key, MAP, make))
+        return learning.smaller(whole)
 
     return shelf
