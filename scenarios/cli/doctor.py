@@ -27,6 +27,8 @@ DISK_GIB = 1.0
 """Free disk that the demo's recordings, map and report fit into with room to spare [GiB]; a choice."""
 MEMORY_GIB = 2.0
 """Memory below which two cameras (about 0.8 GiB by Filament), the map and the report get tight [GiB]; a choice."""
+FRAMES_OF = ("hallway", "16:00")
+"""World and light whose pictures are timed: the demo's."""
 
 COSTS = {
     "numpy": "nothing runs: every array of the bench is one of numpy's",
@@ -81,9 +83,14 @@ class Check:
     packages: tuple[str, ...] = ()
 
 
-def checks() -> list[Check]:
-    """Look at everything once; takes a second or two, since the graphics drivers are really started."""
-    return [_python(), *_packages(), *_graphics(), _guests(), _write_access(Path.cwd()), _disk(Path.cwd()), _memory()]
+def checks(*, frames: bool = False) -> list[Check]:
+    """Look at everything once; takes a second or two, since the graphics drivers are really started.
+
+    With ``frames``, where nothing needed is missing, each renderer draws pictures of a world: half a minute more.
+    """
+    here = Path.cwd()
+    found = [_python(), *_packages(), *_graphics(), _guests(), _write_access(here), _disk(here), _memory()]
+    return [*found, *_frames()] if frames and not any(check.needed and not check.ok for check in found) else found
 
 
 def missing_packages() -> tuple[str, ...]:
@@ -91,10 +98,10 @@ def missing_packages() -> tuple[str, ...]:
     return tuple(package for check in _graphics() if not check.ok for package in check.packages)
 
 
-def report(console: Console) -> int:
+def report(console: Console, *, frames: bool = False) -> int:
     """Print every check; the exit code is 1 when something that the demo needs is missing, 0 otherwise."""
     with console.status("Looking at this machine"):
-        found = checks()
+        found = checks(frames=frames)
     console.print(_table(found))
     missing = [check for check in found if not check.ok]
     for check in missing:
@@ -186,6 +193,20 @@ def _graphics() -> list[Check]:
             _apt(GL_PACKAGES),
             packages=GL_PACKAGES,
         ),
+    ]
+
+
+def _frames() -> list[Check]:
+    """What pictures cost here; a renderer that does not start is told of by its driver."""
+    from refseq_bench.scenarios.world_survey.frame_rates import frame_rates
+
+    return [
+        Check(
+            f"Frames, {rate.renderer}",
+            f"{1e3 * rate.frame:.0f} ms, {1 / rate.frame:.0f} a second, the first view after {rate.first:.0f} s",
+            ok=True,
+        )
+        for rate in frame_rates(*FRAMES_OF)
     ]
 
 

@@ -17,6 +17,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     Json,
     Profile,
     RendererName,
+    flag,
     option,
     output,
 )
@@ -29,7 +30,12 @@ DEMO_HELP = """Examples:
 
 * `refseq demo`
 * `refseq demo --query-light 18:00 --query-light late-evening --runs 5 -o out/five`"""
-DOCTOR_HELP = "Exit codes: 0 the demo can run; 1 something that it needs is missing."
+DOCTOR_HELP = """Examples:
+
+* `refseq doctor`
+* `refseq doctor --frames`
+
+Exit codes: 0 the demo can run; 1 something that it needs is missing."""
 
 
 def demo(
@@ -71,12 +77,17 @@ def demo(
     leave_below(last, at_least)
 
 
-def doctor(as_json: Json = False) -> None:
+def doctor(
+    frames: Annotated[
+        bool, flag("--frames", "Time pictures of the hallway by each renderer, too: half a minute.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
     """Tell what this machine lacks for the bench, and how to mend it."""
     from refseq_bench.scenarios.cli.doctor import checks, report
 
     if not as_json:
-        raise typer.Exit(report(out))
-    found = checks()
+        raise typer.Exit(report(out, frames=frames))
+    found = checks(frames=frames)
     print_json(found)
     raise typer.Exit(int(any(check.needed and not check.ok for check in found)))

@@ -11,7 +11,10 @@ from rich.console import Console
 
 from refseq_bench.scenarios.cli import doctor
 from refseq_bench.scenarios.cli.doctor import Check, checks, missing_packages, report
+from refseq_bench.scenarios.world_survey import frame_rates
+from refseq_bench.scenarios.world_survey.frame_rates import FrameRate
 from refseq_bench.sim.rendering.drivers import GlDevice
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 ROOT = Path(__file__).resolve().parents[3]
 DEPENDENCIES = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
@@ -35,7 +38,7 @@ def named(name: str) -> Check:
 
 
 def printed(found: list[Check], monkeypatch) -> tuple[int, str]:
-    monkeypatch.setattr(doctor, "checks", lambda: found)
+    monkeypatch.setattr(doctor, "checks", lambda *, frames: found)
     console = Console(file=io.StringIO(), width=80)
     return report(console), console.file.getvalue()
 
@@ -147,3 +150,19 @@ def test_the_real_report_fits_a_terminal(machine):
     text = console.file.getvalue()
     assert "mujoco" in text
     assert max(len(line.rstrip()) for line in text.splitlines() if "type" not in line) <= 80
+
+
+def test_pictures_of_each_renderer_that_starts_are_timed_on_request(machine):
+    timed = [FrameRate(RendererKind.BAKED, 4.2, 0.05), FrameRate(RendererKind.CLASSIC, 3.0, 0.1)]
+    machine.setattr(frame_rates, "frame_rates", lambda *_: iter(timed))
+    told = {check.name: check.found for check in checks(frames=True) if check.name.startswith("Frames")}
+    assert told == {
+        "Frames, baked": "50 ms, 20 a second, the first view after 4 s",
+        "Frames, classic": "100 ms, 10 a second, the first view after 3 s",
+    }
+    assert not any(check.name.startswith("Frames") for check in checks())
+
+
+def test_no_pictures_are_drawn_where_something_needed_is_missing(machine):
+    machine.setattr(importlib.metadata, "metadata", lambda _: {"Requires-Python": ">=4"})
+    assert not any(check.name.startswith("Frames") for check in checks(frames=True))
