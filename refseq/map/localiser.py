@@ -3,15 +3,11 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Stage, stage_named
-from refseq.inference.chain.run_out import path_smoothed
 from refseq.intake import each_view
-from refseq.map.blocks.beside_words import BesideWords
-from refseq.map.guard import SensorGuard
+from refseq.map.hindsight import Hindsight
 from refseq.map.map import Map
-from refseq.map.matcher import Measurement
-from refseq.map.stages import ChainTracker
-from refseq.map.stands import Stands
-from refseq.map.trackers import tracker_for, turns_behind
+from refseq.map.measurer import Measurer
+from refseq.map.trackers import tracker_for
 from refseq.view import View
 
 
@@ -30,25 +26,23 @@ class Localiser:
     def __init__(
         self, map_: Map, *, stage: Stage = Stage.CHAIN, sensors: Sequence[str] | None = None, seed: int = 0
     ) -> None:
-        self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
+        self._measurer = Measurer(map_, sensors=sensors, seed=seed)
         self._stage = stage_named(stage)
         self._tracker = tracker_for(self._stage, map_)
-        self._beside = BesideWords(map_, self._guard.sensors)
         self._last: Belief | None = None
 
     def reset(self) -> None:
         """Forget all views seen."""
-        self._guard.reset()
+        self._measurer.reset()
         self._tracker.reset()
         self._last = None
 
     def update(self, view: View) -> Belief:
         """Take the next view and answer from the views up to it."""
-        measured = self._guard.match(view)
-        self._beside.take(self._guard)
-        belief = self._guard.told(self._tracker.update(self._beside.weighed(measured, self._last)))
+        self._measurer.take(view)
+        belief = self._measurer.told(self._tracker.update(self._measurer.after(self._last)))
         self._last = _prior(self._stage, belief)
-        return self._beside.told(belief)
+        return belief
 
 
 class StagedLocaliser:
@@ -62,21 +56,19 @@ class StagedLocaliser:
         sensors: Sequence[str] | None = None,
         seed: int = 0,
     ) -> None:
-        self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
+        self._measurer = Measurer(map_, sensors=sensors, seed=seed)
         self._trackers = {stage: tracker_for(stage, map_) for stage in map(stage_named, stages)}
-        self._beside = BesideWords(map_, self._guard.sensors)
         self._last: dict[Stage, Belief | None] = dict.fromkeys(self._trackers)
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""
-        measured = self._guard.match(view)
-        self._beside.take(self._guard)
+        self._measurer.take(view)
         told = {
-            stage: self._guard.told(tracker.update(self._beside.weighed(measured, self._last[stage])))
+            stage: self._measurer.told(tracker.update(self._measurer.after(self._last[stage])))
             for stage, tracker in self._trackers.items()
         }
         self._last = {stage: _prior(stage, belief) for stage, belief in told.items()}
-        return {stage: self._beside.told(belief) for stage, belief in told.items()}
+        return told
 
 
 def _prior(stage: Stage, belief: Belief) -> Belief | None:
@@ -104,20 +96,17 @@ def localise(
     return beliefs
 
 
-def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None = None, seed: int = 0) -> list[Belief]:
+def smoothed(map_: Map, views: Iterable[View], *, seed: int = 0) -> list[Belief]:
     """The chain's answers in hindsight: each view's in the light of the whole drive, those after it among them.
 
-    They are not what a robot could have known on its way, and are scored apart. The chain is that of the map's
-    profile, summed over all paths (``path_smoothed``) whatever its decoding. Raises ``MapError`` for a map of several
-    paths.
+    They are not what a robot could have known on its way, and are scored apart; ``Hindsight`` tells how, and what it
+    raises. As on the way, scans and keys are asked at the places that the views before name.
     """
-    tracker = ChainTracker(map_.sequence, turns=turns_behind(map_))
-    guard = SensorGuard(map_, sensors=sensors, seed=seed)
-    beside, stands = BesideWords(map_, guard.sensors), Stands()
-    measured: list[Measurement] = []
+    measurer, tracker, hindsight = Measurer(map_, seed=seed), tracker_for(Stage.CHAIN, map_), Hindsight(map_)
+    last: Belief | None = None
     for view in each_view(views):
-        found = guard.match(view)
-        beside.take(guard)
-        measured += stands.mean(beside.weighed(found, None))
-    posteriors = path_smoothed([tracker.observation(one) for one in measured], tracker.chain)
-    return [tracker.belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]
+        measurer.take(view)
+        measured = measurer.after(last)
+        last = tracker.update(measured)
+        hindsight.take(measured)
+    return hindsight.beliefs()

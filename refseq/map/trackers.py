@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entropy
 from refseq.inference.chain.chain import Chain, Observation
+from refseq.inference.chain.forward import StatePosterior
 from refseq.inference.chain.run_out import path_filter
 from refseq.inference.chain.trajectory import trajectory_entropy
 from refseq.inference.chain.turns_behind import LearntWays, TurnsBehind
@@ -187,8 +188,8 @@ class NetworkTracker:
     """The forward filter over the network of all paths; P(s) is what the places of a sequence have of the belief."""
 
     def __init__(self, map_: Map) -> None:
-        self._network, self._count = map_.network, len(map_)
-        self._filter, self._turns = path_filter(self._network), turns_behind(map_)
+        self.space, self._count = map_.network, len(map_)
+        self._filter, self._turns = path_filter(self.space), turns_behind(map_)
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -199,17 +200,22 @@ class NetworkTracker:
     def update(self, measured: Sequence[Measurement]) -> Belief:
         """Filter the views up to this one."""
         start = time.perf_counter()
-        places = self._network.places
-        log_ratio = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
-        first = measured[0]
-        told = with_turns(self._turns, first, log_ratio[places])
-        posterior = self._filter.update(Observation(first.distance, told, 0.0, first.again))
+        posterior = self._filter.update(self.observation(measured))
+        return self.belief(posterior, measured, time.perf_counter() - start)
+
+    def observation(self, measured: Sequence[Measurement]) -> Observation:
+        """A measurement as the positions of the network see it."""
+        first, log_ratio = measured[0], np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
+        told = with_turns(self._turns, first, log_ratio[self.space.places])
+        return Observation(first.distance, told, 0.0, first.again)
+
+    def belief(self, posterior: StatePosterior, measured: Sequence[Measurement], spent: float = 0.0) -> Belief:
+        """The posterior of the positions as a belief about places; to filter it took ``spent`` [s]."""
         at, lost_after = (
-            np.asarray(np.bincount(places, shares, self._count), np.float64)
-            for shares in (posterior.places, self._network.chain.lost_after(posterior.lost))
+            np.asarray(np.bincount(self.space.places, shares, self._count), np.float64)
+            for shares in (posterior.places, self.space.chain.lost_after(posterior.lost))
         )
-        spent = Timings(chain=time.perf_counter() - start)
-        timings = added_up([spent, *(one.timings for one in measured)])
+        timings = added_up([Timings(chain=spent), *(one.timings for one in measured)])
         return decoded_belief(replace(posterior, places=at), lost_after, timings)
 
 

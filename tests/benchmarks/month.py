@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from refseq import Map, MapError, Recording, add_drive, learn, read_recording
 from refseq.atlas.merge import merge_maps
 from refseq.belief import LOST_ABOVE
-from refseq.map.growth.hindsight import seen_drive
+from refseq.map.growth.seen import seen_drive
 from refseq_bench.scenarios.cli.app import exit_code
 
 WORLD, TOLERANCE = "offices", 1.5

@@ -12,8 +12,8 @@ from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, each_view, usable
 from refseq.map.extractors import make_extractor
 from refseq.map.growth.experiences import FIRST, Experiences
-from refseq.map.growth.hindsight import SeenView, seen_drive
 from refseq.map.growth.record import AddedDrive, digest_of
+from refseq.map.growth.seen import SeenView, seen_drive
 from refseq.map.map import Map, check_is_map
 from refseq.map.matcher import Features
 from refseq.map.poses_beside import ALIKE, PosesBeside

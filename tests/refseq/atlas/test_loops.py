@@ -17,7 +17,7 @@ from refseq.atlas.merge import merge_maps
 from refseq.atlas.routes import CHANGE, place_of, shortest_route
 from refseq.belief import Stage, Timings
 from refseq.dead_reckoning import dead_reckoned
-from refseq.map.localiser import localise
+from refseq.map.localiser import localise, smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.paths.path import MapPath
@@ -246,3 +246,13 @@ def test_a_map_of_one_path_with_loops_answers_at_every_stage() -> None:
     later = driven(RING, 8)[:20]
     for stage, beliefs in localise(eight(), later, stages=list(Stage)).items():
         assert all(belief.places.sum() == pytest.approx(1.0) for belief in beliefs), stage
+
+
+@pytest.mark.parametrize("looped", [True, False])
+def test_hindsight_knows_no_more_than_the_way_at_its_last_view(looped: bool) -> None:
+    """Both go over the loops, if there are any: their last answers are one."""
+    map_, later = eight() if looped else map_of(EIGHT), driven(RING, 8)[:20]
+    online, hindsight = localise(map_, later, stages=[Stage.CHAIN])[Stage.CHAIN], smoothed(map_, later)
+    np.testing.assert_allclose(hindsight[-1].places, online[-1].places, atol=1e-12)
+    assert hindsight[-1].lost == pytest.approx(online[-1].lost, abs=1e-12)
+    assert len(map_.loops) > 0 if looped else len(map_.loops) == 0

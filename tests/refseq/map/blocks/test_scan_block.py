@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refseq.belief import Stage, belief_from
+from refseq.belief import Belief, Stage, belief_from
+from refseq.errors import MapError
 from refseq.map.blocks.few_places import FewPlaces
 from refseq.map.blocks.scan_block import ScanBlock
+from refseq.map.growth.adding import add_drive
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map
@@ -36,8 +38,12 @@ def weighing(map_: Map, poses: PosesBeside) -> FewPlaces:
 
 
 def right(map_: Map, views: list[View]) -> int:
+    """Answers of the chain that are right."""
+    return right_of(localise(map_, views, stages=[Stage.CHAIN])[Stage.CHAIN])
+
+
+def right_of(beliefs: list[Belief]) -> int:
     """Answers at the nearest place or the next one, of a robot 0.2 m aside and turned by 9°."""
-    beliefs = localise(map_, views, stages=[Stage.CHAIN])[Stage.CHAIN]
     return sum(belief.lost <= 0.5 and abs(belief.best - k - 0.35) < 1 for k, belief in enumerate(beliefs))
 
 
@@ -112,7 +118,17 @@ def test_stages_and_localisers_agree(asked: Map, views: list[View]) -> None:
             assert alone.update(view).places.tobytes() == belief.places.tobytes()
         alone.reset()
         assert alone.update(views[0]).places.tobytes() == told[stage][0].places.tobytes()
-    assert len(smoothed(asked, views[:5])) == 5
+
+
+def test_hindsight_asks_scans_as_well(asked: Map, views: list[View]) -> None:
+    assert right_of(smoothed(asked, views)) >= right(asked, views) >= 18
+
+
+def test_a_drive_beside_the_path_is_added_by_its_scans(asked: Map, views: list[View]) -> None:
+    """By words alone hardly a view of it is found."""
+    assert add_drive(asked, views).placed >= 18
+    with pytest.raises(MapError, match="are found on the map"):
+        add_drive(learn(drive(REFERENCE), profile="best+log_ratio.scans_alone=0"), views)
 
 
 def test_maps_of_before_do_not_ask() -> None:

@@ -1,0 +1,57 @@
+"""How a map sees a whole drive: each view by itself, online and in hindsight."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit, logit, softmax
+
+from refseq.belief import Belief, Stage
+from refseq.fault import DeclaredFault
+from refseq.map.hindsight import Hindsight
+from refseq.map.map import Map
+from refseq.map.matcher import Measurement
+from refseq.map.measurer import Measurer
+from refseq.map.stages import log_mean
+from refseq.map.trackers import tracker_for
+from refseq.view import View
+
+
+@dataclass(frozen=True, slots=True)
+class SeenView:
+    """Answer of a localiser to a view: probabilities of the places, (K,), which with being lost sum to 1.
+
+    ``alone`` are by the view alone, ``online`` by the views up to it, ``hindsight`` by all views of the drive.
+    """
+
+    alone: NDArray[np.float64]
+    online: NDArray[np.float64]
+    hindsight: NDArray[np.float64]
+    faults: tuple[DeclaredFault, ...]
+
+
+def seen_drive(map_: Map, views: Sequence[View], seed: int = 0) -> list[SeenView]:
+    """Localise a drive, each view alone, online and in hindsight; the map's matching has to be by log ratios."""
+    measurer, tracker, hindsight = Measurer(map_, seed=seed), tracker_for(Stage.CHAIN, map_), Hindsight(map_)
+    alone, online = [], list[Belief]()
+    for view in views:
+        measurer.take(view)
+        alone.append(_alone(measurer.after(None), map_.profile.chain.lost_at_start))
+        measured = measurer.after(online[-1] if online else None)
+        online.append(measurer.told(tracker.update(measured)))
+        hindsight.take(measured)
+    return [
+        SeenView(one, _on_map(belief), _on_map(after), belief.faults)
+        for one, belief, after in zip(alone, online, hindsight.beliefs(), strict=True)
+    ]
+
+
+def _alone(measured: Sequence[Measurement], lost_at_start: float) -> NDArray[np.float64]:
+    log_ratios = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
+    on_map = expit(log_mean(log_ratios) - logit(lost_at_start))
+    return np.asarray(on_map * softmax(log_ratios), np.float64)
+
+
+def _on_map(belief: Belief) -> NDArray[np.float64]:
+    return (1 - belief.lost) * belief.places
