@@ -10,6 +10,7 @@ import http
 import logging
 import secrets
 import signal
+import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -57,8 +58,8 @@ PATIENCE = 5.0
 """Seconds in which a request has to be here whole."""
 FAREWELL = 0.3
 """Seconds in which a connection may say goodbye when the server ends."""
-BUSY, WRONG = 1013, 1008
-"""Codes with which a connection is closed: a robot is there already; what it sends is none of the protocol."""
+BUSY, WRONG, FAULT = 1013, 1008, 1011
+"""Codes with which a connection is closed: a robot is there already; what it sends is no protocol; a fault of ours."""
 
 QUIET = logging.getLogger("refseq.serve")
 """Nothing that strangers send is worth a line."""
@@ -164,6 +165,10 @@ class BeliefServer:
             pass
         except RefseqError as error:
             await self._refuse(listener, WRONG, str(error))
+        except Exception:
+            # A fault of this program ends the connection that met it, not the server, and is told whole.
+            self._told(traceback.format_exc())
+            await self._refuse(listener, FAULT, "a fault of the server")
         finally:
             sending.cancel()
             self._listeners.discard(listener)
@@ -225,8 +230,10 @@ class BeliefServer:
 
     async def _left(self) -> None:
         """Answer what the robot had sent, for those who still listen, and be ready for the next."""
-        with suppress(RefseqError):
-            await self._localise(self._session.end)
-        self._told(f"the robot is gone after {self._session.views} views")
-        self._session = RobotSession(self._map, self._options)
-        self._robot = None
+        try:
+            with suppress(RefseqError):
+                await self._localise(self._session.end)
+        finally:
+            self._told(f"the robot is gone after {self._session.views} views")
+            self._session = RobotSession(self._map, self._options)
+            self._robot = None

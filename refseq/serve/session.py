@@ -15,7 +15,7 @@ from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.serve.answers import BeliefAnswer, answer_to
 from refseq.serve.channels import RobotChannel, robot_channel
-from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
+from refseq.serve.protocol import MOST_CHANNELS, ClientChannel, FoxgloveProtocolError
 from refseq.view import View
 
 SPACING = 0.85
@@ -72,8 +72,13 @@ class RobotSession:
         self.views, self._odometry_told = 0, False
 
     def advertise(self, channels: Iterable[ClientChannel]) -> None:
-        """Take note of channels; those of other kinds are told in a note, and what comes on them is passed over."""
+        """Take note of channels; those of other kinds are told in a note, and what comes on them is passed over.
+
+        Raises ``FoxgloveProtocolError`` for more than a client may have.
+        """
         for one in channels:
+            if len(self._channels) >= MOST_CHANNELS and one.number not in self._channels:
+                raise FoxgloveProtocolError(f"more than {MOST_CHANNELS} channels")
             try:
                 self._channels[one.number] = robot_channel(one)
             except FoxgloveProtocolError as error:

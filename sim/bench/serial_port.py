@@ -8,6 +8,7 @@ though a browser lets it send to any port.
 import os
 import re
 import socket
+from contextlib import suppress
 from typing import Protocol
 
 from refseq.access.policy import LOOPBACK
@@ -122,7 +123,7 @@ class TcpOutlet:
         if self._client is None:
             self._client, self._greeting = caller, b""
         else:
-            with caller:
+            with caller, suppress(OSError):  # it may be gone again
                 caller.send(format_line(Refusal("the line is taken by another client")))
 
     def _hang_up(self) -> None:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.serve.server import BeliefServer
-from refseq.serve.session import ServeOptions
+from refseq.serve.session import RobotSession, ServeOptions
 from tests.pages import ROOT, Page, pages
 from tests.refseq.logs.foreign import RosMessages, RosSetup, Stores, write_rosbag2
 from tests.refseq.logs.robot_drive import RobotDrive
@@ -119,12 +119,12 @@ def test_answers_are_those_of_a_localiser_that_reads_the_log(serving: Serving) -
     assert robot.notes[0].startswith("a drive begins: ")
 
 
-def served_here(server: BeliefServer, talk: Callable[[Robot], None]) -> None:
-    """Serve from this process, as a program would, until ``talk`` is over."""
+def served_here(server: BeliefServer, talk: Callable[[str], None]) -> None:
+    """Serve from this process, as a program would, until ``talk``, which is given the address, is over."""
 
     def connected(address: str) -> None:
         try:
-            talk(Robot(address))
+            talk(address)
         finally:
             os.kill(os.getpid(), signal.SIGTERM)
 
@@ -136,7 +136,8 @@ def test_a_program_serves_a_map_itself_until_it_is_stopped(serving: Serving) -> 
     codes: list[int | None] = []
     told: list[str] = []
 
-    def talk(robot: Robot) -> None:
+    def talk(address: str) -> None:
+        robot = Robot(address)
         answers.extend(robot.drive(in_log(serving.query), quiet=3.0))
         numbers = robot.advertise([("/scan", "protobuf", "foxglove.LaserScan")])
         robot.socket.send(struct.pack("<BI", 1, numbers["/scan"]))
@@ -154,6 +155,33 @@ def test_a_program_serves_a_map_itself_until_it_is_stopped(serving: Serving) -> 
     assert told
 
 
+@pytest.mark.parametrize("broken", [("take",), ("take", "end")])
+def test_a_fault_of_the_server_is_told_and_the_next_robot_is_served(
+    serving: Serving, broken: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told, codes, answers = list[str](), list[int | None](), list[dict[str, Any]]()
+
+    def fails(*_: object) -> NoReturn:
+        raise ValueError("planted")
+
+    def talk(address: str) -> None:
+        first = Robot(address)
+        with monkeypatch.context() as patch:
+            for name in broken:
+                patch.setattr(RobotSession, name, fails)
+            with suppress(ConnectionClosed):
+                first.drive(in_log(serving.query), quiet=3.0)
+            codes.append(first.socket.close_code)
+            time.sleep(0.3)
+        answers.extend(Robot(address).drive(in_log(serving.query), quiet=3.0))
+
+    server = BeliefServer(serving.map, ServeOptions(distance=0), AccessPolicy(port=0, token="t" * 32), told.append)
+    served_here(server, talk)
+    assert codes == [1011]
+    assert any("ValueError: planted" in line for line in told)
+    check_equal(answers, offline(serving.map, serving.query))
+
+
 def test_a_program_serves_a_robot_that_speaks_as_ros_does(tmp_path: Path) -> None:
     drive, options = RobotDrive(seconds=6.0), PairingOptions(leading="camera", tolerance=0.04)
     setup = RosSetup(mounts=False, truth=None)
@@ -165,7 +193,7 @@ def test_a_program_serves_a_robot_that_speaks_as_ros_does(tmp_path: Path) -> Non
     ]
     chosen = ServeOptions(distance=0.85, leading="camera", tolerance=0.04)
     server = BeliefServer(map_, chosen, AccessPolicy(port=0), lambda line: None)
-    served_here(server, lambda robot: answers.extend(robot.drive(sent, quiet=3.0)))
+    served_here(server, lambda address: answers.extend(Robot(address).drive(sent, quiet=3.0)))
     localiser = Localiser(map_, seed=1)
     told = [answer for answer in answers if "view" in answer]
     assert len(told) >= len(views) - 1, "the last waits for what comes behind it"

@@ -15,7 +15,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.serve.answers import BeliefAnswer
-from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
+from refseq.serve.protocol import MOST_CHANNELS, ClientChannel, FoxgloveProtocolError
 from refseq.serve.session import RobotSession, ServeOptions, spacing
 from tests.refseq.serve.client import Sent, in_log
 from tests.support import corridor_drive
@@ -108,6 +108,18 @@ def test_channels_of_other_kinds_and_late_ones_are_told_and_the_forgotten_are_pa
     session.unadvertise([*numbers.values(), 4711])
     assert list(answered(session, numbers, messages)) == []
     assert session.end() == []
+
+
+def test_channels_are_bounded_over_all_frames(map_: Map) -> None:
+    session = RobotSession(map_, EACH)
+    many = [ClientChannel(number, f"/{number}", "json", "foxglove.LaserScan") for number in range(MOST_CHANNELS + 1)]
+    for channel in many[:-1]:
+        session.advertise([channel])
+    session.advertise(many[:3])  # told of again
+    with pytest.raises(FoxgloveProtocolError, match=f"more than {MOST_CHANNELS} channels"):
+        session.advertise(many[-1:])
+    session.unadvertise([0])
+    session.advertise(many[-1:])
 
 
 @pytest.mark.parametrize("encoding", ["protobuf", "json", "cdr"])

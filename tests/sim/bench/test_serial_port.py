@@ -2,6 +2,7 @@ import errno
 import os
 import select
 import socket
+import struct
 import threading
 import tty
 from collections.abc import Iterator
@@ -198,6 +199,24 @@ def test_one_client_at_a_time() -> None:
         assert taken == b"ST\n"
         first.leave()
         second.leave()
+
+
+def test_a_client_that_is_gone_before_it_is_refused_harms_nobody() -> None:
+    line = SerialLine()
+    with SerialPort(line, TcpOutlet()) as port:
+        first = Client(port.address)
+        port.carry()
+        host, _, number = port.address.rpartition(":")
+        for _ in range(5):
+            second = socket.create_connection((host, int(number)))
+            second.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # its end is a reset
+            second.close()
+            port.carry()
+        first.write("ST\n")
+        while not (taken := line.to_robot.take()):
+            port.carry()
+        assert taken == b"ST\n"
+        first.leave()
 
 
 @needs_terminals
