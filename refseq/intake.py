@@ -38,10 +38,10 @@ def each_view(views: Iterable[View]) -> Iterator[View]:
 def sound(view: View) -> View:
     """The view after a look at all but its pictures, which may not be decoded yet.
 
-    Ranges become a row of floats, counter-clockwise, and a motion that is None, not measured, becomes NaN. Raises
-    ``ViewError`` for what is no view, for a time or motion that is no number, for names of cameras that none can have,
-    for a behaviour that is no text, and for a scan whose ranges are no row of numbers or whose angles or range no
-    scanner has.
+    Ranges become a row of floats, counter-clockwise, ``inf`` where nothing came back, and a motion that is None, not
+    measured, becomes NaN. Raises ``ViewError`` for what is no view, for a time or motion that is no number, for names
+    of cameras that none can have, for a behaviour that is no text, and for a scan whose ranges are no row of numbers or
+    whose angles or range no scanner has.
     """
     if not isinstance(view, View):
         raise ViewError(f"a view is a {type(view).__name__}; valid is refseq.View")
@@ -155,6 +155,9 @@ def _scan(scan: Scan, time: float) -> Scan:
         raise ViewError(f"{where}: {error}") from None
     if ranges is not scan.ranges or ranges.dtype.kind != "f":
         scan = replace(scan, ranges=ranges.astype(np.float32))
+    told = np.where(scan.returned, scan.ranges, np.float32(np.inf))  # as a log is read
+    if not np.array_equal(told, scan.ranges):
+        scan = replace(scan, ranges=told)
     return _turned_round(scan) if scan.step < 0 else scan
 
 

@@ -36,6 +36,12 @@ class Scan:
         return self.start + self.step * np.arange(len(self.ranges), dtype=np.float64)
 
     @property
+    def returned(self) -> NDArray[np.bool_]:
+        """Mask of the beams that came back, (n,): from farther than 0 and nearer than ``max_range``."""
+        mask: NDArray[np.bool_] = (self.ranges > 0) & (self.ranges < self.max_range)
+        return mask
+
+    @property
     def points(self) -> NDArray[np.float64]:
         """End points of all beams in the scanner's frame, (n, 2) [m]; a beam without return ends at ``max_range``."""
         reach = np.minimum(self.ranges, self.max_range).astype(np.float64)

@@ -36,7 +36,7 @@ def outline(scan: Scan) -> NDArray[np.float64]:
     Beams without return are left out: indoors they mean glass, black or slanting surfaces, and counting them at the
     maximum range would drown the room.
     """
-    return np.concatenate([np.zeros((1, 2)), scan.points[np.isfinite(scan.ranges)]])
+    return np.concatenate([np.zeros((1, 2)), scan.points[scan.returned]])
 
 
 def boundary_of(scan: Scan) -> Boundary:

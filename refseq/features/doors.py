@@ -104,7 +104,7 @@ def find_doors(scan: Scan, settings: DoorSettings, walls: WallSettings | None = 
 def doors_in(lines: ScanLines, scan: Scan, settings: DoorSettings, walls: WallSettings) -> list[DetectedDoor]:
     """As ``find_doors``, where the scan's ``lines`` are known already."""
     lines = lines[lines.length >= settings.wall]
-    points = scan.points[np.isfinite(scan.ranges)]
+    points = scan.points[scan.returned]
     found = [
         door
         for start, end, centre, direction in zip(lines.start, lines.end, lines.centre, lines.direction, strict=True)

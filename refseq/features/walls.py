@@ -153,7 +153,7 @@ def grow_segments(scan: Scan, settings: WallSettings) -> ScanLines:
     scan = _thinned(scan)
     points = scan.points
     steps = _norms(np.diff(points, axis=0))
-    seen = np.isfinite(scan.ranges)
+    seen = scan.returned
     steps[~(seen[:-1] & seen[1:])] = np.inf
     # Plain floats: the growth is a loop over single points, where NumPy's scalars are slow.
     path, gaps = points.tolist(), steps.tolist()

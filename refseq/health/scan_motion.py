@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from refseq.fault import FaultKind
 from refseq.health.change import MOST, bounded
-from refseq.health.scans import returned
 from refseq.view import Scan, View, measures
 
 CELL, REACH = 0.05, 10.0
@@ -168,7 +167,7 @@ def _ratio(fault: float, health: float) -> float:
 
 def _points(scan: Scan, reach: float) -> NDArray[np.float64]:
     """End points of the beams that came back from within a distance, (n, 2) [m]."""
-    points: NDArray[np.float64] = scan.points[returned(scan) & (scan.ranges < reach)]
+    points: NDArray[np.float64] = scan.points[scan.returned & (scan.ranges < reach)]
     return points
 
 

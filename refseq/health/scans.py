@@ -46,7 +46,7 @@ class ScanWatch:
 
         While the laser is ``suspected`` of being blind the running means stay as they are.
         """
-        silent = 1.0 - float(returned(scan).mean()) if len(scan.ranges) else 1.0
+        silent = 1.0 - float(scan.returned.mean()) if len(scan.ranges) else 1.0
         if self._last is None:
             self._usual = min(silent, USUAL)
         excess = max(0.0, silent - self._usual)
@@ -59,11 +59,6 @@ class ScanWatch:
         self._way = self._way + way if repeated else 0.0
         self._last = scan
         return ScanRatios(blind, bounded(self._way / REPEAT if repeated else -math.inf), repeated)
-
-
-def returned(scan: Scan) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Mask of the beams that came back, (n,)."""
-    return np.asarray(np.isfinite(scan.ranges) & (scan.ranges > 0) & (scan.ranges < scan.max_range), np.bool_)
 
 
 def _same(one: Scan, other: Scan) -> bool:

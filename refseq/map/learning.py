@@ -10,7 +10,6 @@ from refseq.dead_reckoning import dead_reckoned
 from refseq.errors import MapError, ViewError
 from refseq.features.extractor import Extractor
 from refseq.features.sift import NO_KEYS, SiftKeys, SiftWords
-from refseq.health.scans import returned
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, each_view, names_in, usable
 from refseq.map.extractors import make_extractors
@@ -112,7 +111,7 @@ def check_seen(views: Sequence[View], extractors: Sequence[Extractor]) -> None:
     A camera that saw bare walls says nothing later on; a blind laser would speak against every place.
     """
     sensors = {extractor.sensor for extractor in extractors}
-    if LASER in sensors and not any(view.scan is not None and returned(view.scan).any() for view in views):
+    if LASER in sensors and not any(view.scan is not None and view.scan.returned.any() for view in views):
         raise ViewError(f"laser: no beam came back in any of {len(views)} views; valid is to learn from the others")
     if not any(extractor.size for extractor in extractors):
         raise ViewError(f"{', '.join(sorted(sensors))}: nothing is seen in any of {len(views)} views")

@@ -21,7 +21,7 @@ def panorama(scan: Scan) -> NDArray[np.uint16]:
     beams = np.flatnonzero(off <= max(0.5, np.degrees(abs(scan.step)) / 2))
     beams = beams[np.argsort(-off[beams], kind="stable")]  # of several beams the nearest is written last
     ranges = np.asarray(scan.ranges, np.float64)[beams]
-    there = np.isfinite(ranges) & (ranges > 0) & (ranges < scan.max_range) & (100 * ranges <= FARTHEST)
+    there = scan.returned[beams] & (100 * ranges <= FARTHEST)
     kept[np.round(bearings[beams]).astype(np.intp) % DEGREES] = np.where(there, np.round(100 * ranges), 0)
     return kept
 

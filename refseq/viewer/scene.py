@@ -85,7 +85,7 @@ def scene_of(views: Iterable[View], layers: Sequence[LocaliserLayer] = ()) -> Sc
         truths.append(view.truth)
         reckoned.append(after_motion(reckoned[-1], view.distance, view.turn) if len(truths) > 1 else ORIGIN)
         if view.scan is not None and len(ranges) < SAMPLES:
-            ranges.append(view.scan.ranges[view.scan.ranges < view.scan.max_range])
+            ranges.append(view.scan.ranges[view.scan.returned])
     placed = [pose for layer in layers for pose in layer.places.poses]
     framed = any(truths) or any(placed)
     return Scene(

@@ -29,6 +29,7 @@ from refseq import (
     merge,
     read_recording,
 )
+from refseq.features.boundary import boundary_of
 from refseq.intake import each_view, sound, usable
 
 GREY = np.random.default_rng(7).integers(0, 256, (48, 64), np.uint8)
@@ -241,6 +242,20 @@ def test_what_gives_no_views_is_refused_wherever_views_are_taken(views: Any, tol
 def test_a_view_that_is_sound_is_left_as_it_is() -> None:
     view = walk()[0]
     assert sound(view) is view
+
+
+@pytest.mark.parametrize("nothing", [0.0, -1.0, np.nan, 20.0, 21.5])
+def test_a_beam_from_nowhere_is_infinite_as_in_a_log(nothing: float) -> None:
+    """Drivers have words of their own for it: none may become a wall."""
+    there = np.full(90, 4.0, np.float32)
+    silent = np.arange(90) % 3 == 0
+    told = Scan(np.where(silent, np.float32(nothing), there), max_range=20.0)
+    meant = Scan(np.where(silent, np.inf, there).astype(np.float32), max_range=20.0)
+    np.testing.assert_array_equal(told.returned, ~silent)
+    assert boundary_of(told) == boundary_of(meant)
+    (taken,) = each_view([View(1.0, scan=told)])
+    assert taken.scan is not None
+    np.testing.assert_array_equal(taken.scan.ranges, meant.ranges)
 
 
 def test_a_scanner_that_turns_clockwise_is_turned_round() -> None:

@@ -34,4 +34,4 @@ def returns(view: View) -> Points:
     """End points of the beams that came back, in the scanner's frame, (n, 2) [m]."""
     if view.scan is None:
         return np.empty((0, 2))
-    return view.scan.points[view.scan.ranges < view.scan.max_range]
+    return view.scan.points[view.scan.returned]
