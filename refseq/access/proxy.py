@@ -112,7 +112,6 @@ class PageProxy:
     heard: dict[str, float] = field(default_factory=dict)
     _cookie: str = field(default_factory=lambda: secrets.token_hex(16), repr=False)
     _tickets: set[str] = field(default_factory=set, repr=False)
-    _greeted: set[Any] = field(default_factory=set, repr=False)
     _session: Any = field(default=None, repr=False)
 
     @property
@@ -150,13 +149,11 @@ class PageProxy:
                 await server.shutdown(FAREWELL)
 
     def _hang_up_on_silence(self, handler: Any) -> None:
-        if handler in self._greeted:
-            self._greeted.discard(handler)
-        elif handler.transport is not None:
+        if not handler.greeted and handler.transport is not None:
             handler.transport.abort()
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
-        self._greeted.add(request.protocol)
+        request.protocol.greeted = True
         refusal = self._refusal(request)
         if refusal is not None:
             return refusal
@@ -258,9 +255,13 @@ class PageProxy:
 
 
 class TerseHandler(web.RequestHandler):
-    """Answers what is no request in one line, where aiohttp would repeat it."""
+    """Answers what is no request in one line, where aiohttp would repeat it; ``greeted`` by one that was whole."""
 
-    __slots__ = ()
+    __slots__ = ("greeted",)
+
+    def __init__(self, *given: Any, **options: Any) -> None:
+        super().__init__(*given, **options)
+        self.greeted = False
 
     def handle_error(self, request: Any, status: int = 500, exc: Any = None, message: Any = None) -> web.StreamResponse:
         """The answer to an error."""

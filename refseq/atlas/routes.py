@@ -81,7 +81,7 @@ def shortest_route(map_: Map, start: int, goal: int, *, change: float = CHANGE) 
         raise NoRouteError(f"no path leads from {names[0]} to {names[1]}: {why}") from None
     positions = [n - len(map_) for n in nodes if n >= len(map_)]
     at = np.concatenate([map_.numbered(path) for path in map_.paths])
-    places = [place for place, _ in groupby([start, *at[positions].tolist()])]
+    places = [place for place, _ in groupby([start, *at[positions].tolist(), goal])]
     return Route(np.array(places, np.intp), _legs(map_, nodes))
 
 

@@ -136,7 +136,7 @@ def walls_in(lines: ScanLines, settings: WallSettings) -> ScanLines:
 
 def find_lines(scan: Scan, settings: WallSettings) -> ScanLines:
     """All lines of a scan, however short: both stages of Algorithm 4."""
-    # Walls, doors and behaviours ask for those of one scan after another: the newest are kept.
+    # Walls and doors of one scan are asked for after each other: its lines are kept.
     for known, ruled, lines in tuple(_newest):
         if known is scan and ruled == settings:
             return lines

@@ -18,7 +18,7 @@ from scipy.special import xlogy
 
 from refseq.inference.chain.exponential_kernel import ExponentialKernel
 from refseq.inference.chain.lost_view import LostView
-from refseq.inference.chain.motion import MotionSettings, motion_model, usual_step
+from refseq.inference.chain.motion import MotionSettings, motion_model
 from refseq.inference.chain.paths import PathBounds
 
 
@@ -141,7 +141,7 @@ class Chain:
         The last ones made are kept.
         """
         if math.isnan(distance):
-            return self.unmeasured.transitions(usual_step(self.along))
+            return self.unmeasured.transitions(self._step)
         if distance not in self._latest:
             self._latest.clear()
             self._latest[distance] = Transitions(self, distance)
@@ -150,7 +150,12 @@ class Chain:
     @cached_property
     def unmeasured(self) -> "Chain":
         """The same chain, with a window for steps of unknown length."""
-        return Chain(self.along, self.motion.unmeasured(usual_step(self.along)), self.settings, self.ends)
+        return Chain(self.along, self.motion.unmeasured(self._step), self.settings, self.ends)
+
+    @cached_property
+    def _step(self) -> float:
+        """The usual way from a place to the next of its path [m]."""
+        return PathBounds.of(self.along, self.ends).gap
 
     @cached_property
     def behind(self) -> NDArray[np.intp]:

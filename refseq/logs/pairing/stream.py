@@ -35,7 +35,7 @@ again, or the clock was set."""
 MOST_WAITING = 20_000
 """The most samples that wait for their moment. More wait only where stamps stand still or odometry never comes."""
 MOST_BYTES = 1 << 28
-"""The most bytes of pictures among them."""
+"""The most bytes of pictures and ranges among them."""
 
 
 class ClockSetBackError(LogError):
@@ -92,11 +92,11 @@ class _Window:
         there = self.samples[topic]
         return there[-1].time if there else -np.inf
 
-    def forget(self, before: float, spared: Collection[str]) -> None:
-        """Drop what lies before a time, but the last of the topics that are ``spared``."""
-        for topic, there in self.samples.items():
+    def forget(self, before: float) -> None:
+        """Drop what lies before a time, but the last one of each topic."""
+        for there in self.samples.values():
             gone = sum(sample.time < before for sample in there)
-            del there[: max(0, gone - (topic in spared))]
+            del there[: max(0, gone - 1)]
 
 
 class ViewStream:
@@ -161,7 +161,7 @@ class ViewStream:
 
     def _check_waiting(self) -> None:
         waiting = self._window.samples.values()
-        size = sum(len(getattr(sample.content, "data", b"")) for there in waiting for sample in there)
+        size = sum(_bytes_of(sample) for there in waiting for sample in there)
         count = sum(map(len, waiting))
         if count > MOST_WAITING or size > MOST_BYTES:
             raise LogError(
@@ -214,8 +214,7 @@ class ViewStream:
                 kept = self._thinner.take(view)
                 if kept is not None:
                     yield self._filled(kept, chosen)
-        spared = {*self._topics.sensors, *filter(None, [self._topics.odometry])}
-        self._window.forget(self._last - max(pace.tolerance, pace.patience), spared)
+        self._window.forget(self._last - max(pace.tolerance, pace.patience))
 
     def _decided(self, time: float, stamps: Mapping[str, NDArray[np.float64]], pace: _Pace) -> bool:
         """Tell whether no sample to come could change a moment.
@@ -261,6 +260,12 @@ class ViewStream:
             else:
                 images[self._topics.sensors[sample.topic]] = _decoded(sample)
         return replace(view, images=MappingProxyType(images), scan=scan)
+
+
+def _bytes_of(sample: Sample) -> int:
+    """Size of what is large in a sample: its picture or its ranges."""
+    content = sample.content
+    return content.ranges.nbytes if isinstance(content, Scan) else len(getattr(content, "data", b""))
 
 
 def _decoded(sample: Sample) -> NDArray[np.uint8]:

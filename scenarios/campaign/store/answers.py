@@ -47,6 +47,9 @@ def beliefs_digest(beliefs: Sequence[Belief]) -> str:
         found.update(np.asarray(belief.places, np.float64).tobytes())
         found.update(np.array([belief.lost, belief.entropy], np.float64).tobytes())
         found.update(np.array([belief.best, *belief.path], np.int64).tobytes())
+        found.update(repr(belief.faults).encode())
+        if belief.lost_after is not None:
+            found.update(np.asarray(belief.lost_after, np.float64).tobytes())
         if belief.pose is not None:
             found.update(np.array([*belief.pose.motion, *belief.pose.covariance.ravel()]).tobytes())
     return found.hexdigest()[:24]

@@ -28,7 +28,7 @@ class MapShelf:
     """The maps of a folder, or a single one; the last that was read is kept."""
 
     place: Path
-    _kept: tuple[Path, float, Map] | None = field(default=None, repr=False)
+    _kept: tuple[Path, tuple[int, int, int], Map] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if not self.files():
@@ -50,9 +50,10 @@ class MapShelf:
         if path is None:
             raise ScenarioError(f"map {name!r:.80} is not here; valid are {', '.join(files)}")
         try:
-            written = path.stat().st_mtime
+            told = path.stat()
         except OSError as error:
             raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from None
+        written = told.st_mtime_ns, told.st_size, told.st_ino
         kept = self._kept
         if kept is None or kept[:2] != (path, written):
             kept = self._kept = path, written, Map.load(path)

@@ -221,6 +221,7 @@ def test_routes_cost_what_trying_all_rides_and_loops_costs(map_: Map, data: st.D
         return
     found = shortest_route(map_, start, goal)
     assert found.length + CHANGE * len(found.legs) == pytest.approx(cost[goal])
+    assert found.places[[0, -1]].tolist() == [start, goal], "also where the last step is over a loop"
 
 
 def test_beliefs_go_over_where_the_path_came_back() -> None:

@@ -114,6 +114,23 @@ def test_a_lost_robot_turns_up_ahead_and_when_it_reverses_behind_as_well() -> No
     assert around.argmax() == 4
 
 
+@pytest.mark.parametrize(
+    ("along", "ends"),
+    [
+        (np.array([0.0, APART, 2 * APART]), (0, 1, 2)),  # paths of one place each
+        (np.array([0.0, APART, APART + 0.5, 2 * APART]), (0, 2, 3)),
+    ],
+)
+def test_a_motion_that_nobody_measured_leads_to_no_other_path(along: np.ndarray, ends: tuple[int, ...]) -> None:
+    """Paths lie far behind each other: the usual way from place to place is not across that."""
+    moves = Chain(along, MOTION, THESIS, ends).transitions(float("nan"))
+    for place in range(len(along)):
+        states = np.zeros((2, len(along)))
+        states[0, place] = 1.0
+        reached = np.flatnonzero(moves.predict(states)[0])
+        assert (np.abs(along[reached] - along[place]) < 2).all()
+
+
 def test_restarting_leads_anywhere_by_way_of_lost_0() -> None:
     chain = Chain(np.arange(9.0), MOTION, ChainSettings(stay_lost=0.6, kidnap_probability=0.25))
     moved = found_again(chain, 1.0, 4)

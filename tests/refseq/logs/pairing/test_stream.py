@@ -161,6 +161,15 @@ def test_stamps_that_stand_still_fill_no_memory(monkeypatch: pytest.MonkeyPatch)
         stream.take(sample("/odom", 1.0, Pose(0, 0, 0)))
 
 
+def test_scans_that_wait_are_counted_by_their_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_BYTES", 1 << 20)
+    stream, ranges = ViewStream(TOPICS, 0.0), np.ones(1 << 16, np.float32)  # a quarter of it
+    for number in range(4):
+        stream.take(sample("/scan", 1.0 + number / 100, Scan(ranges, step=1e-5)))
+    with pytest.raises(LogError, match="5 samples of 1 MiB wait for their moment"):
+        stream.take(sample("/scan", 1.1, Scan(ranges, step=1e-5)))
+
+
 def test_a_long_drive_keeps_a_window_only() -> None:
     stream = ViewStream(TOPICS, 0.0)
     held = []

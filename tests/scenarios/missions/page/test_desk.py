@@ -1,5 +1,7 @@
 """The desk of missions, asked as the page asks: a map is shown, a mission stated, run, watched, left in a folder."""
 
+import os
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -59,6 +61,20 @@ def test_a_map_is_shown_with_its_walls_doors_and_notes(folder: Path) -> None:
     assert path["doors"][0]["x"] - shown["places"][0][0] == pytest.approx(4.7, abs=0.3), "the corridor runs along x"
     assert len(shown["outline"]) > 4
     assert (shown["told"]["world"], shown["told"]["notes"]) == ("offices", "led by itself")
+
+
+def test_a_map_that_was_replaced_is_read_anew_though_its_time_is_the_old_one(folder: Path, tmp_path: Path) -> None:
+    """As ``cp -p`` and restored checkouts leave it."""
+    there = tmp_path / "maps"
+    there.mkdir()
+    path = there / MAP
+    shutil.copy2(folder / MAP, path)
+    shelf, before = MapShelf(there), path.stat()
+    first = shelf.load(MAP)
+    assert shelf.load(MAP) is first
+    learn(corridor_drive(np.random.default_rng(0), 5, size=96), sensors=["forward"]).save(path)
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert len(shelf.load(MAP)) == 5
 
 
 def test_a_map_without_poses_is_drawn_as_lines() -> None:
