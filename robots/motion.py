@@ -46,13 +46,19 @@ class Limits:
     def approached(self, now: Twist, wanted: Twist, elapsed: float) -> Twist:
         """Return what ``now`` may have become after ``elapsed`` [s], on its way to ``wanted``."""
         return Twist(
-            _towards(now.linear, wanted.linear, self.acceleration * elapsed),
-            _towards(now.angular, wanted.angular, self.angular_acceleration * elapsed),
+            towards(now.linear, wanted.linear, self.acceleration * elapsed),
+            towards(now.angular, wanted.angular, self.angular_acceleration * elapsed),
         )
 
 
-def _towards(value: float, target: float, most: float) -> float:
-    return value + min(max(target - value, -most), most)
+def within(value: float, most: float) -> float:
+    """``value``, or the nearest to it between −``most`` and ``most``."""
+    return min(max(value, -most), most)
+
+
+def towards(value: float, target: float, most: float) -> float:
+    """``value``, moved towards ``target`` by at most ``most``."""
+    return value + within(target - value, most)
 
 
 def _check_positive(given: object, what: str) -> None:

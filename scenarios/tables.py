@@ -1,5 +1,6 @@
 """Tables on the terminal, styled once."""
 
+import math
 from collections.abc import Collection
 from typing import Any
 from unicodedata import category
@@ -11,6 +12,16 @@ from rich.text import Text
 
 NONE = "n/a"
 """Stands where there is no figure to give."""
+
+
+def number(value: float | None) -> str:
+    """A figure without a unit."""
+    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
+
+
+def counted(value: object) -> str:
+    """A number of things, or anything else, where it is known."""
+    return NONE if value is None else str(value)
 
 
 class TextTable(Table):

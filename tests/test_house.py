@@ -1,5 +1,6 @@
 """The house rules that no linter knows: what is tracked, what is locked, what is documented, and how `run` behaves."""
 
+import ast
 import itertools
 import os
 import re
@@ -76,6 +77,39 @@ MOST_FILES = 18
 def test_no_folder_holds_more_files_than_one_finds_one_s_way_in():
     folders = Counter(path.relative_to(ROOT).parent for path in tracked() if path.suffix == ".py")
     assert {str(folder): files for folder, files in folders.items() if files > MOST_FILES} == {}
+
+
+SHORT = 100
+"""Characters of a function's body that may be written twice: a line is found sooner than its helper."""
+HOOKS = {"__getattr__", "__dir__"}
+"""Every package has its own: what imports late cannot import a helper for it."""
+
+
+def function_bodies(text: str) -> dict[str, list[str]]:
+    """Names of the longer functions in a program by their arguments and bodies, without docstrings."""
+    found: dict[str, list[str]] = {}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef) and node.name not in HOOKS:
+            body = node.body[1:] if ast.get_docstring(node) is not None else node.body
+            written = "\n".join(map(ast.unparse, body))
+            if len(written) > SHORT:
+                found.setdefault(f"{ast.unparse(node.args)}: {written}", []).append(node.name)
+    return found
+
+
+def test_the_search_for_twins_finds_them():
+    body = f"return value + {'1' * SHORT}"
+    (names,) = function_bodies(f'def one(value):\n    {body}\ndef two(value):\n    "What."\n    {body}\n').values()
+    assert names == ["one", "two"]
+
+
+def test_no_function_is_written_twice():
+    places: dict[str, list[str]] = {}
+    for path in tracked():
+        if path.suffix == ".py" and path.relative_to(ROOT).parts[0] != "tests":
+            for body, names in function_bodies(path.read_text()).items():
+                places.setdefault(body, []).extend(f"{path.relative_to(ROOT)}: {name}" for name in names)
+    assert [twins for twins in places.values() if len(twins) > 1] == []
 
 
 def test_every_room_is_shipped_and_watched_over():

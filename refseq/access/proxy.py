@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import partial
 from http import HTTPMethod
-from typing import Any
+from typing import Any, cast
 
 from aiohttp import ClientError, ClientSession, ClientTimeout, TCPConnector, WSMsgType, web
 from yarl import URL
@@ -153,7 +153,7 @@ class PageProxy:
             handler.transport.abort()
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
-        request.protocol.greeted = True
+        cast(TerseHandler, request.protocol).greeted = True
         refusal = self._refusal(request)
         if refusal is not None:
             return refusal

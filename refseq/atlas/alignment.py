@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from refseq.atlas.similarity import Translation
 from refseq.inference.chain.forward import smooth
 from refseq.map.matcher import Measurement
-from refseq.map.stages import ChainTracker
+from refseq.map.tracking.stages import ChainTracker
 
 LEAST = -2.0
 """No view tells more against a place [nats], where only likelihoods are known: one of zero would rule it out."""

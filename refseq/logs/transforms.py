@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,12 @@ def pose_in_plane(translation: tuple[float, float, float], rotation: tuple[float
     if not (all(abs(value) <= METRES for value in translation) and all(abs(value) <= TURNED for value in rotation)):
         return None
     return Pose(translation[0], translation[1], heading_of(rotation))
+
+
+def pose_of_message(pose: Any) -> Pose | None:
+    """The pose in the plane of a message with a position and an orientation, ROS' or Foxglove's; None as above."""
+    at, turn = pose.position, pose.orientation
+    return pose_in_plane((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
 class TransformTree:

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Stage, stage_named
 from refseq.intake import each_view
-from refseq.map.hindsight import Hindsight
 from refseq.map.map import Map
 from refseq.map.measurer import Measurer
-from refseq.map.trackers import tracker_for
+from refseq.map.tracking.hindsight import Hindsight
+from refseq.map.tracking.trackers import tracker_for
 from refseq.view import View
 
 

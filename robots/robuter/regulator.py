@@ -7,6 +7,7 @@ how far the wheel is behind what it was told, and asks for more: an integral ter
 
 import math
 
+from refseq_bench.robots.motion import within
 from refseq_bench.robots.odometry import Encoders
 
 MOTOR_TORQUE = 30.0
@@ -46,16 +47,12 @@ class Regulator:
         """
         turned = self._encoders.angle(counter - (counter if self._counter is None else self._counter))
         self._counter = counter
-        self._behind = _within(self._behind + self._due - turned, MOST / GAIN + self._rounding) if wanted else 0.0
+        self._behind = within(self._behind + self._due - turned, MOST / GAIN + self._rounding) if wanted else 0.0
         self._expect(wanted)
-        return wanted + GAIN * (self._behind - _within(self._behind, self._rounding))
+        return wanted + GAIN * (self._behind - within(self._behind, self._rounding))
 
     def _expect(self, wanted: float) -> None:
         """Tell what a servo without load does in the coming period."""
         lag = self._speed - wanted
         self._due = wanted * self._period + lag * SERVO_LAG * (1 - self._decay)
         self._speed = wanted + lag * self._decay
-
-
-def _within(value: float, most: float) -> float:
-    return min(max(value, -most), most)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from refseq_bench.robots.motion import within
 from refseq_bench.robots.odometry import Encoders
 from refseq_bench.robots.segway_rmp.balance import GainSet, Vector, balancer, carrying, regulator
 from refseq_bench.robots.segway_rmp.estimate import MotionEstimate
@@ -192,7 +193,7 @@ class SegwayFirmware:
         drive = self._drive
         drive.way.follow(speed)
         most = LATERAL / max(abs(drive.way.course.speed), 1e-6)
-        drive.heading.follow(_clipped(turn, most))
+        drive.heading.follow(within(turn, most))
 
     def _efforts(self) -> tuple[float, float]:
         """Torque of both motors together, and of the right one over the left one [N·m]."""
@@ -200,10 +201,10 @@ class SegwayFirmware:
             return 0.0, 0.0
         asked = self._asked
         errors = self._known.state - asked[:4]
-        errors[0] = _clipped(errors[0], REACH)
+        errors[0] = within(errors[0], REACH)
         forward = asked.torque - (self._balance(errors) if self._mode is Mode.BALANCE else self._rolling @ errors[:2])
         course, (heading, rate) = self._drive.heading.course, self._known.yaw
-        turning = -self._turning @ (_clipped(heading - course.place, TURN_REACH), rate - course.speed)
+        turning = -self._turning @ (within(heading - course.place, TURN_REACH), rate - course.speed)
         return float(forward), float(turning)
 
     def _balance(self, errors: Vector) -> float:
@@ -212,12 +213,12 @@ class SegwayFirmware:
             self._drive.integral += errors[0] * PERIOD
         gains = self._balancing
         leaning = float(gains[:3] @ (self._drive.integral, *errors[:2]))
-        return _clipped(leaning, abs(gains[3]) * LEAN) + float(gains[3:] @ errors[2:])
+        return within(leaning, abs(gains[3]) * LEAN) + float(gains[3:] @ errors[2:])
 
     def _share(self, forward: float, turning: float) -> tuple[float, float]:
         """Torques of the (left, right) motor within their limit; balance comes before turning."""
-        forward = _clipped(forward, 2 * TORQUE)
-        turning = _clipped(turning, 2 * TORQUE - abs(forward))
+        forward = within(forward, 2 * TORQUE)
+        turning = within(turning, 2 * TORQUE - abs(forward))
         left, right = (forward - turning) / 2, (forward + turning) / 2
         rates = self._known.sensors.rates
         return _restrained(left, rates[0]), _restrained(right, rates[1])
@@ -253,7 +254,3 @@ class SegwayFirmware:
 
 def _restrained(torque: float, rate: float) -> float:
     return 0.0 if rate * math.copysign(1.0, torque) > WHEEL_SPEED else torque
-
-
-def _clipped(value: float, most: float) -> float:
-    return min(max(value, -most), most)

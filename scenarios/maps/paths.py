@@ -13,8 +13,8 @@ from refseq.inference.chain.rescoring import DurationModel, rescored, second_ord
 from refseq.inference.chain.trajectory import trajectory_entropy
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
-from refseq.map.stages import ChainTracker
-from refseq.map.stands import Stands
+from refseq.map.tracking.stages import ChainTracker
+from refseq.map.tracking.stands import Stands
 from refseq.view import View
 from refseq_bench.scenarios.tables import TextTable
 

@@ -14,16 +14,6 @@ def metres(value: float) -> str:
     return NONE if math.isnan(value) else f"{value:.2f} m"
 
 
-def number(value: float | None) -> str:
-    """A figure without a unit."""
-    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
-
-
-def counted(value: int | None) -> str:
-    """A number of things, where it is known."""
-    return NONE if value is None else str(value)
-
-
 def size_text(count: float) -> str:
     """A number of bytes in the unit that leaves one to three digits before the point."""
     for unit in ("B", "kB", "MB"):

@@ -246,8 +246,8 @@ def pool_atlas(scores: Sequence[AtlasScore]) -> AtlasScore:
 
 def _pool_joins(scores: Sequence[JoinScore]) -> JoinScore:
     return JoinScore(
-        precision=_pooled([one.precision for one in scores]),
-        recall=_pooled([one.recall for one in scores]),
+        precision=Proportion.pooled([one.precision for one in scores]),
+        recall=Proportion.pooled([one.recall for one in scores]),
         **{field.name: _total([getattr(one, field.name) for one in scores]) for field in fields(JoinScore)[2:]},
     )
 
@@ -255,7 +255,3 @@ def _pool_joins(scores: Sequence[JoinScore]) -> JoinScore:
 def _total(counts: Sequence[Any]) -> Any:
     """The sum, None where one of them is not known."""
     return None if None in counts else sum(counts)
-
-
-def _pooled(shares: Sequence[Proportion]) -> Proportion:
-    return Proportion(sum(share.successes for share in shares), sum(share.trials for share in shares))

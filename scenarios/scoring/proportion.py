@@ -1,7 +1,9 @@
 """Proportions with Wilson's 95 % score interval."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Self
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +27,12 @@ class Proportion:
 
         found = binomtest(self.successes, self.trials).proportion_ci(method="wilson")
         return float(found.low), float(found.high)
+
+    @classmethod
+    def pooled(cls, shares: Iterable[Self]) -> Self:
+        """The share of all that some are shares of."""
+        found = list(shares)
+        return cls(sum(one.successes for one in found), sum(one.trials for one in found))
 
     def __str__(self) -> str:
         return share_words(self.value, *self.interval)

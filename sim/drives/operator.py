@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from refseq_bench.robots import Twist
+from refseq_bench.robots.motion import towards
 from refseq_bench.robots.planar import wrapped
 from refseq_bench.robots.wandering import Wandering
 from refseq_bench.sim.errors import SimError
@@ -191,8 +192,8 @@ class Operator:
         """Go towards ``wanted`` as far as the accelerations allow."""
         style = self._style
         return Twist(
-            _moved(self._last.linear, wanted.linear, style.acceleration * elapsed),
-            _moved(self._last.angular, wanted.angular, style.angular_acceleration * elapsed),
+            towards(self._last.linear, wanted.linear, style.acceleration * elapsed),
+            towards(self._last.angular, wanted.angular, style.angular_acceleration * elapsed),
         )
 
 
@@ -262,8 +263,3 @@ def _split_at_reversals(points: NDArray[np.float64]) -> list[NDArray[np.float64]
     bends = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
     cuts = [0, *(np.flatnonzero(np.abs(bends) > REVERSAL) + 1), len(points) - 1]
     return [points[a : b + 1] for a, b in itertools.pairwise(cuts)]
-
-
-def _moved(value: float, target: float, most: float) -> float:
-    """Return ``value``, moved towards ``target`` by at most ``most``."""
-    return value + min(max(target - value, -most), most)

@@ -15,7 +15,7 @@ from refseq.belief import Stage
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.matcher import Matcher
-from refseq.map.trackers import tracker_for
+from refseq.map.tracking.trackers import tracker_for
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.scoring.comparison import Comparison

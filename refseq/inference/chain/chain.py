@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
+from refseq.inference.chain.discrete_motion import log_of
 from refseq.inference.chain.exponential_kernel import ExponentialKernel
 from refseq.inference.chain.lost_view import LostView
 from refseq.inference.chain.motion import MotionSettings, motion_model
@@ -131,8 +132,8 @@ class Chain:
     def start(self) -> NDArray[np.float64]:
         """Log-probability of each state at the first view, (2, K): in Lost_0 (3.9), or found from there already."""
         start = np.full((2, self.K), -np.inf)
-        start[0] = _log((1 - self.settings.lost_at_start) / self.K)
-        start[1, 0] = _log(self.settings.lost_at_start)
+        start[0] = log_of((1 - self.settings.lost_at_start) / self.K)
+        start[1, 0] = log_of(self.settings.lost_at_start)
         return start
 
     def transitions(self, distance: float) -> "Transitions":
@@ -192,7 +193,7 @@ class Chain:
         return self._log_find(self.kernel.around(np.ones(self.K)))
 
     def _log_find(self, near: NDArray[np.float64]) -> NDArray[np.float64]:
-        find: NDArray[np.float64] = _log(
+        find: NDArray[np.float64] = log_of(
             (1 - self.settings.stay_lost) * (1 - self.settings.kidnap_probability)
         ) - np.log(near)
         find[0] = -np.inf  # Lost_0 favours no place
@@ -227,8 +228,8 @@ class Transitions:
         self._anywhere = (1 - self._stay) / self._K
         with np.errstate(divide="ignore"):
             self._log_go, self._log_leave = np.log(self._go), np.log(self._leave)
-        self._log_stay = _log(self._stay)
-        self._log_forget, self._log_anywhere = _log(self._forget), _log(self._anywhere)
+        self._log_stay = log_of(self._stay)
+        self._log_forget, self._log_anywhere = log_of(self._forget), log_of(self._anywhere)
         # Lost_i → P_k is exp(log_find_i − distance / relocalisation_range).
         self._log_find = chain.log_find_around if self._reversing else chain.log_find_ahead
 
@@ -332,10 +333,6 @@ def beyond_ends(chain: Chain, distance: float) -> NDArray[np.float64]:
         past = chain.along[path.first] - path.gap - (chain.along + distance - half_width)
     share: NDArray[np.float64] = np.clip(past / max(2 * half_width, 1e-9), 0.0, 1.0)
     return share
-
-
-def _log(probability: float) -> float:
-    return math.log(probability) if probability > 0 else -math.inf
 
 
 def _surprise(probability: float) -> float:

@@ -34,7 +34,7 @@ class DiscreteMotion:
         self._first = np.searchsorted(along, along + (distance - reach), side="left")
         self._stop = np.searchsorted(along, along + (distance + reach), side="right")
         tail = tail or LEAST_TAIL * bool((self._stop[0] == self._first[0]).any())
-        self._tail, self._log_tail = tail, _log(tail)
+        self._tail, self._log_tail = tail, log_of(tail)
         # The high bar adds only what the low ones lack, so that it is 1 high.
         self._mass = self._added_up(self._stop - self._first)
         self._log_mass = np.log(self._mass)
@@ -93,5 +93,6 @@ def _how_many_up_to(edges: NDArray[np.intp]) -> NDArray[np.intp]:
     return counts.cumsum(axis=1)
 
 
-def _log(probability: float) -> float:
+def log_of(probability: float) -> float:
+    """Logarithm of a probability, −∞ of 0."""
     return math.log(probability) if probability > 0 else -math.inf

@@ -18,8 +18,7 @@ from refseq.logs.decoding.picture import CompressedPicture, RawPicture
 from refseq.logs.decoding.unpacking import translating
 from refseq.logs.scans import scan_of
 from refseq.logs.source import NANOSECONDS, CameraCalibration, Content, GeoFix, Role
-from refseq.logs.transforms import Transform, pose_in_plane
-from refseq.planar import Pose
+from refseq.logs.transforms import Transform, pose_of_message
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,9 +138,9 @@ def _converted(schema: str, message: Any) -> FoxgloveMessage | None:
         case "foxglove.LaserScan":
             return _stamped(message, _scan(message))
         case "foxglove.Odometry":
-            return _stamped(message, _pose(message.pose), message.body_frame_id)
+            return _stamped(message, pose_of_message(message.pose), message.body_frame_id)
         case "foxglove.PoseInFrame":
-            return _stamped(message, _pose(message.pose))
+            return _stamped(message, pose_of_message(message.pose))
         case "foxglove.FrameTransform":
             return FoxgloveMessage(_stamp(message), message.parent_frame_id, "", (_transform(message),))
         case "foxglove.FrameTransforms":
@@ -172,11 +171,6 @@ def _scan(message: Any) -> Any:
     count = len(message.ranges)
     step = (message.end_angle - message.start_angle) / max(1, count - 1)
     return scan_of(message.ranges, float(message.start_angle), float(step) or 1.0)
-
-
-def _pose(pose: Any) -> Pose | None:
-    at, turn = pose.position, pose.orientation
-    return pose_in_plane((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
 def _transform(message: Any) -> Transform:

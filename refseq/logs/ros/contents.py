@@ -10,8 +10,7 @@ from refseq.limits import BEAMS, FRAMES
 from refseq.logs.decoding.picture import CompressedPicture, RawPicture
 from refseq.logs.scans import scan_of
 from refseq.logs.source import NANOSECONDS, AngularRates, CameraCalibration, Content, GeoFix, Role
-from refseq.logs.transforms import Transform, pose_in_plane
-from refseq.planar import Pose
+from refseq.logs.transforms import Transform, pose_in_plane, pose_of_message
 
 TRUTH_WORDS = ("truth", "groundtruth", "mocap", "vicon", "optitrack")
 """An Odometry on a topic of such a name is no odometer's."""
@@ -85,22 +84,16 @@ def _angles(message: Any) -> tuple[float, float, float, float]:
     return message.angle_min, message.angle_increment, message.range_min, message.range_max
 
 
-def _pose(pose: Any) -> Pose | None:
-    """A pose in the plane; None of one that is no number."""
-    at, turn = pose.position, pose.orientation
-    return pose_in_plane((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
-
-
 def _odometry(message: Any, topic: str) -> Told:
-    return _headed(message, _pose(message.pose.pose), message.child_frame_id)
+    return _headed(message, pose_of_message(message.pose.pose), message.child_frame_id)
 
 
 def _stamped_pose(message: Any, topic: str) -> Told:
-    return _headed(message, _pose(message.pose))
+    return _headed(message, pose_of_message(message.pose))
 
 
 def _uncertain_pose(message: Any, topic: str) -> Told:
-    return _headed(message, _pose(message.pose.pose))
+    return _headed(message, pose_of_message(message.pose.pose))
 
 
 def _tracked(message: Any, topic: str) -> Told:

@@ -9,12 +9,12 @@ from scipy.special import expit, logit, softmax
 
 from refseq.belief import Belief, Stage
 from refseq.fault import DeclaredFault
-from refseq.map.hindsight import Hindsight
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
-from refseq.map.stages import log_mean
-from refseq.map.trackers import tracker_for
+from refseq.map.tracking.hindsight import Hindsight
+from refseq.map.tracking.stages import log_mean
+from refseq.map.tracking.trackers import tracker_for
 from refseq.view import View
 
 

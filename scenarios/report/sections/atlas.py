@@ -7,12 +7,13 @@ from refseq_bench.scenarios.report.page import PageRow, PageTable
 from refseq_bench.scenarios.report.plots.atlas import joined_plan, which_drive
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.plots.style import Plot
-from refseq_bench.scenarios.report.words import counted, distances
+from refseq_bench.scenarios.report.words import distances
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.path_geometry import Tolerance
 from refseq_bench.scenarios.scoring.tables.score_tables import join_cells, shares_cell
 from refseq_bench.scenarios.scoring.truth import has_truth
+from refseq_bench.scenarios.tables import counted
 
 HEADINGS = (
     "method",

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from refseq_bench.scenarios.report.page import PageRow, PageTable
-from refseq_bench.scenarios.report.words import distances, duration_text, metres, number, size_text
+from refseq_bench.scenarios.report.words import distances, duration_text, metres, size_text
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import STEPS, Figures, figures_record, step_times, success_over_seeds
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score
-from refseq_bench.scenarios.tables import NONE
+from refseq_bench.scenarios.tables import NONE, counted, number
 
 OUTCOMES = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
 FURTHER = (
@@ -197,9 +197,5 @@ def _record_table(figures: Sequence[Figures]) -> PageTable:
     """All figures that a file of figures has, a row each, a column a method."""
     records = [figures_record(one) for one in figures]
     names = dict.fromkeys(name for record in records for name in record)
-    rows = (PageRow(name, tuple(_plain(record.get(name)) for record in records)) for name in names)
+    rows = (PageRow(name, tuple(counted(record.get(name)) for record in records)) for name in names)
     return PageTable(("figure", *(method_label(one.method) for one in figures)), tuple(rows))
-
-
-def _plain(value: object) -> str:
-    return NONE if value is None else str(value)

@@ -35,7 +35,7 @@ class Consistency:
     @property
     def agreement(self) -> Proportion:
         """Agreement with all other methods together."""
-        return _added(list(self.agreements.values()))
+        return Proportion.pooled(self.agreements.values())
 
 
 def consistency(comparison: Comparison, method: str, tolerance: Tolerance = WIDE) -> Consistency:
@@ -63,13 +63,9 @@ def pool_consistency(found: Sequence[Consistency]) -> Consistency:
     entropies = [one.entropy * one.lost.trials for one in found if one.lost.trials]
     shared = [name for name in found[0].agreements if all(name in one.agreements for one in found)] if found else []
     return Consistency(
-        lost=_added([one.lost for one in found]),
-        jumps=_added([one.jumps for one in found]),
+        lost=Proportion.pooled([one.lost for one in found]),
+        jumps=Proportion.pooled([one.jumps for one in found]),
         fit=sum((one.fit for one in found), OdometryFit()),
         entropy=math.fsum(entropies) / views if views else math.nan,
-        agreements={name: _added([one.agreements[name] for one in found]) for name in shared},
+        agreements={name: Proportion.pooled([one.agreements[name] for one in found]) for name in shared},
     )
-
-
-def _added(shares: Sequence[Proportion]) -> Proportion:
-    return Proportion(sum(share.successes for share in shares), sum(share.trials for share in shares))

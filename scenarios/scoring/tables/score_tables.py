@@ -11,7 +11,7 @@ from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 from refseq_bench.scenarios.scoring.score import RANKS
-from refseq_bench.scenarios.tables import NONE, TextTable
+from refseq_bench.scenarios.tables import NONE, TextTable, counted, number
 
 
 def figures_table(title: str, found: Sequence[Figures]) -> TextTable:
@@ -42,13 +42,13 @@ def _cells(one: Figures) -> list[str]:
     return [
         _percent(wide.success),
         _percent(one.narrow.success),
-        _count(wide.failures if wide.scored else None),
-        _number(curve.auc if curve else None),
+        counted(wide.failures if wide.scored else None),
+        number(curve.auc if curve else None),
         "/".join(f"{100 * recall.value:.0f}" for recall in recalls) if recalls[0].trials else NONE,
         "/".join(f"{100 * curve.recall_at(precision):.0f}" for precision in (1.0, 0.99)) if curve else NONE,
-        _number(wide.top_reliability.error),
-        _number(wide.auroc),
-        _number(wide.false_alarms),
+        number(wide.top_reliability.error),
+        number(wide.auroc),
+        number(wide.false_alarms),
         "/".join(_metres(wide.error_quantile(share)) for share in (0.5, 0.95)) if wide.scored else NONE,
         f"{one.cost:.2f}",
     ]
@@ -74,7 +74,7 @@ def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
             one.method,
             f"{int(np.isfinite(wide.false_fixes).sum())} of {off_map}",
             _metres(wide.worst_false_fix),
-            _number(wide.lost_reliability.error),
+            number(wide.lost_reliability.error),
             *(ways_text(ways) for ways in (*wide.recovery, wide.first_fixes)),
         )
     return table
@@ -92,18 +92,18 @@ def join_cells(joined: JoinScore | None) -> list[str]:
     if joined is None:
         return [NONE] * 6
     return [
-        f"{joined.joins} ({_count(joined.false_joins)})",
+        f"{joined.joins} ({counted(joined.false_joins)})",
         _percent(joined.precision),
         _percent(joined.recall),
         f"{joined.places} of {joined.views}",
-        _count(joined.duplicates),
+        counted(joined.duplicates),
         f"{joined.bytes_after / 1000:.0f} of {joined.bytes_before / 1000:.0f}",
     ]
 
 
 def shares_cell(shares: SequenceShares) -> str:
     """Mean P(s) of the path driven before, on and behind what paths share."""
-    return " / ".join(_number(float(np.mean(part)) if part else None) for part in shares)
+    return " / ".join(number(float(np.mean(part)) if part else None) for part in shares)
 
 
 def consistency_table(kind: str, found: Sequence[tuple[str, Consistency]]) -> TextTable:
@@ -135,19 +135,11 @@ def consistency_cells(one: Consistency) -> tuple[str, ...]:
     )
 
 
-def _count(count: int | None) -> str:
-    return NONE if count is None else str(count)
-
-
 def _percent(share: Proportion) -> str:
     if not share.trials:
         return NONE
     low, high = share.interval
     return f"{100 * share.value:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
-
-
-def _number(value: float | None) -> str:
-    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
 
 
 def _metres(value: float) -> str:

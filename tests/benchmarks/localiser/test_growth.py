@@ -28,7 +28,7 @@ from refseq.map.map import Map
 from refseq.map.matcher import Matcher
 from refseq.map.profile import BEST, THESIS, Matching, Profile
 from refseq.map.sequence import ReferenceSequence
-from refseq.map.trackers import tracker_for
+from refseq.map.tracking.trackers import tracker_for
 from refseq.view import Scan, View
 
 pytestmark = pytest.mark.benchmark

@@ -24,7 +24,7 @@ from refseq.map.learning import learn
 from refseq.map.matcher import Features, compare
 from refseq.map.profile import BEST, THESIS, Decoder, Matching, MethodSettings, Profile
 from refseq.map.sequence import ReferenceSequence
-from refseq.map.stages import ChainTracker
+from refseq.map.tracking.stages import ChainTracker
 from refseq.view import View
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.scoring.comparison import Comparison

@@ -13,7 +13,7 @@ from refseq.map.localiser import Localiser
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Matcher, Measurement
 from refseq.map.profile import BEST, THESIS, Profile
-from refseq.map.trackers import NetworkTracker, SurestSequence, sureness_of_path
+from refseq.map.tracking.trackers import NetworkTracker, SurestSequence, sureness_of_path
 from tests.refseq.rooms import named_maps
 from tests.refseq.walks import Leg, Town, apart
 

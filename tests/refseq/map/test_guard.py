@@ -11,7 +11,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher
-from refseq.map.trackers import tracker_for
+from refseq.map.tracking.trackers import tracker_for
 from refseq.view import LASER
 from tests.refseq.health.drives import drive, from_view
 

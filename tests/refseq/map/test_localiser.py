@@ -15,7 +15,7 @@ from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher
 from refseq.map.profile import BEST, THESIS, Profile, profile_named
-from refseq.map.stages import ChainTracker
+from refseq.map.tracking.stages import ChainTracker
 from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_map, without
 

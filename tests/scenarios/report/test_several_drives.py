@@ -13,7 +13,7 @@ from refseq.belief import Belief, Stage
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Matcher
 from refseq.map.profile import PROFILES
-from refseq.map.trackers import SureView
+from refseq.map.tracking.trackers import SureView
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError

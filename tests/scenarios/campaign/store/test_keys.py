@@ -182,7 +182,7 @@ def test_a_changed_method_changes_the_keys_of_its_own_answers_alone(
 
 
 @pytest.mark.parametrize(
-    "file", ["refseq/inference/chain/forward.py", "refseq/map/stages.py", "refseq/map/trackers.py"]
+    "file", ["refseq/inference/chain/forward.py", "refseq/map/tracking/stages.py", "refseq/map/tracking/trackers.py"]
 )
 def test_a_change_to_our_localiser_leaves_what_baselines_answered(file: str) -> None:
     modules = {method: answering_modules([method], HANDS) for method in FAMILIES}

@@ -26,8 +26,8 @@ from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder, Matching
 from refseq.map.sequence import ReferenceSequence
-from refseq.map.stages import ChainTracker, decoded_belief, stage_tracker, with_turns
-from refseq.map.stands import Stands
+from refseq.map.tracking.stages import ChainTracker, decoded_belief, stage_tracker, with_turns
+from refseq.map.tracking.stands import Stands
 
 
 class Tracker(Protocol):

@@ -20,7 +20,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
-from refseq.map.stands import Stands
+from refseq.map.tracking.stands import Stands
 from refseq.view import View
 from tests.refseq.health.drives import drive
 

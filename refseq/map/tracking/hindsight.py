@@ -9,9 +9,9 @@ from refseq.inference.chain.run_out import path_smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Matching
-from refseq.map.stages import ChainTracker
-from refseq.map.stands import Stands
-from refseq.map.trackers import NetworkTracker
+from refseq.map.tracking.stages import ChainTracker
+from refseq.map.tracking.stands import Stands
+from refseq.map.tracking.trackers import NetworkTracker
 
 
 class Hindsight:

@@ -1,0 +1,1 @@
+"""From measurements to beliefs: the stages over one path, over all of them, and in hindsight."""
