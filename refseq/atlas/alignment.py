@@ -27,14 +27,14 @@ class Alignment:
     nats: NDArray[np.float64]
 
 
-def align(translation: Translation, seed: int = 0) -> Alignment:
+def align(translation: Translation) -> Alignment:
     """Localise the views of a sequence, translated, in the other by the chain, each in the light of all.
 
     Either sequence may end on the other: whatever the profile says, a view past an end has left it.
     """
     to = translation.to
     tracker = ChainTracker(to, replace(to.profile.chain, exit_at_ends=True))
-    measured = list(translation.measurements(seed=seed))
+    measured = list(translation.measurements())
     observations = [tracker.observation(one) for one in measured]
     posteriors = smooth(observations, tracker.chain)
     return Alignment(

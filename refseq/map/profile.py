@@ -48,7 +48,7 @@ class MethodSettings:
 class Profile:
     """The defaults are the thesis' values where it gives any; each part says which are choices.
 
-    ``features`` are what is learnt where nothing else is asked for, names of ``refseq.features.FEATURES``.
+    ``features`` are what is learnt where nothing else is asked for, names of ``refseq.map.extractors.FEATURES``.
     """
 
     features: tuple[str, ...] = ("sift", "walls", "doors", "boundary", "hu")

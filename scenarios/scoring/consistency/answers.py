@@ -67,10 +67,10 @@ class GivenAnswers:
     travelled: NDArray[np.float64]
 
 
-def given_answers(comparison: Comparison, method: str, lost_above: float = LOST_ABOVE) -> GivenAnswers:
-    """Collect the answers of a method; one whose ``lost`` is above a threshold is none."""
+def given_answers(comparison: Comparison, method: str) -> GivenAnswers:
+    """Collect the answers of a method; one that says lost is none."""
     beliefs = comparison.beliefs[method]
-    views = np.array([t for t, belief in enumerate(beliefs) if belief.lost <= lost_above], np.intp)
+    views = np.array([t for t, belief in enumerate(beliefs) if belief.lost <= LOST_ABOVE], np.intp)
     steps = odometer_steps(comparison.query_views)
     if not steps.any() or is_assumed(comparison.query_metadata):
         steps = np.full(len(beliefs), np.nan)
