@@ -83,7 +83,7 @@ def layout(log: LogFile, output: Annotated[Path, output("Layout to write (.json)
     from refseq.logs import open_log
     from refseq.logs.foxglove.layout import foxglove_layout
 
-    check_output(output)
+    check_output(output, of=[log])
     text = foxglove_layout(open_log(log))
     with writing(output):
         replace_text(output, text)
@@ -114,7 +114,7 @@ def check(
     from refseq_bench.scenarios.log_tools.checkup import check_log
     from refseq_bench.scenarios.log_tools.plain import check_record
 
-    check_output(output)
+    check_output(output, of=[log, *selection.chosen().files])
     found = check_log(log, selection.chosen())
     if output is not None:
         from refseq_bench.scenarios.log_tools.page import write_checkup

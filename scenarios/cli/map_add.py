@@ -48,7 +48,7 @@ def add(
     from refseq_bench.scenarios.maps.sizes import size_of
 
     target = output or map_file
-    check_output(target)
+    check_output(target, of=[drive_file, *selection.chosen().files])
     map_ = load_map(map_file)
     drive = read_drive(drive_file, selection.with_noise(seed + 1))
     rules = GrowthSettings(well=well, most=most)

@@ -65,9 +65,9 @@ def learn(
     from refseq.map.learning import learn as learn_map
     from refseq.map.profile import profile_named
 
-    check_output(output)
+    check_output(output, of=[recording, *selection.chosen().files])
     chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
-    drive = read_drive(recording, selection.with_noise(seed))
+    drive = read_drive(recording, selection.with_noise(seed), wanted)
     metadata = {**drive.metadata, "source": recording.name}
     map_ = learn_map(
         drive.views,
@@ -145,6 +145,9 @@ def merge(
             raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
     settings = OverlapSettings(least=min_overlap)
     files, before = (maps, []) if keep_joins else members.with_members(maps)
+    check_output(
+        output, write_decisions, page, of=files
+    )  # a map that was merged before may be replaced: its members stay
     wishes = joins.read_decisions(decisions) if decisions else []
     check_agreeing(wishes)
     wishes = members.newest(wishes, before)
@@ -209,7 +212,7 @@ def compact(
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.sizes import size_of, size_table
 
-    check_output(output)
+    check_output(output, of=[map_file])
     whole = Map.load(map_file)
     made = compact_map(whole, alike, within)
     told = f"places at most {alike:g} apart, within {within:g} m"
@@ -250,7 +253,7 @@ def similarity(
     from refseq_bench.scenarios.maps.matrix import check_picture
     from refseq_bench.scenarios.maps.similarity import draw, similarity_of, write_arrays
 
-    check_output(output, arrays)
+    check_output(output, arrays, of=[one, other])
     if output is not None:
         check_picture(output)
     if arrays is not None and arrays.suffix != ".npz":
@@ -288,7 +291,7 @@ def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_jso
     from refseq_bench.scenarios.maps.plan import check_plan, draw_plan, plan_error
 
     if output is not None:
-        check_output(output)
+        check_output(output, of=[map_file])
         check_picture(output)
     map_ = Map.load(map_file)
     check_plan(map_, map_file)
@@ -379,7 +382,7 @@ def matrix(
     )
 
     if output is not None:
-        check_output(output)
+        check_output(output, of=[map_file])
         check_picture(output)
     found = Map.load(map_file).sequence.matrix
     title = f"{map_file.name}: {found.N} features at {found.K} places"

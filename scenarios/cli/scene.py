@@ -37,7 +37,7 @@ def scene(
     from refseq.scenes import save_scene
     from refseq_bench.scenarios.missions.scenes import cut_from
 
-    check_output(output)
+    check_output(output, of=[log])
     made = cut_from(log, at, camera, box)
     with writing(output):
         save_scene(output, made)

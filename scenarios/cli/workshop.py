@@ -33,7 +33,7 @@ DEMO_HELP = """Examples:
 DOCTOR_HELP = """Examples:
 
 * `refseq doctor`
-* `refseq doctor --frames`
+* `refseq doctor --frame-rates`
 
 Exit codes: 0 the demo can run; 1 something that it needs is missing."""
 
@@ -78,8 +78,8 @@ def demo(
 
 
 def doctor(
-    frames: Annotated[
-        bool, flag("--frames", "Time pictures of the hallway by each renderer, too: half a minute.")
+    frame_rates: Annotated[
+        bool, flag("--frame-rates", "Time pictures of the hallway by each renderer, too: half a minute.")
     ] = False,
     as_json: Json = False,
 ) -> None:
@@ -87,7 +87,7 @@ def doctor(
     from refseq_bench.scenarios.cli.doctor import checks, report
 
     if not as_json:
-        raise typer.Exit(report(out, frames=frames))
-    found = checks(frames=frames)
+        raise typer.Exit(report(out, frames=frame_rates))
+    found = checks(frames=frame_rates)
     print_json(found)
     raise typer.Exit(int(any(check.needed and not check.ok for check in found)))

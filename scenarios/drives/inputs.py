@@ -3,7 +3,7 @@
 import logging
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -41,6 +41,12 @@ class DriveSelection:
     tolerance: float | None = None
     late: str | None = None
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What ``odometry`` and ``truth`` name, files as well as topics."""
+        named = ",".join(filter(None, (self.odometry, self.truth)))
+        return tuple(Path(name) for name in named.split(",") if name)
+
 
 WHOLE = DriveSelection()
 """All views, as they were recorded."""
@@ -74,9 +80,15 @@ def stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
     return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
 
 
-def check_output(*paths: Path | None) -> None:
-    """Tell before the work begins that a result could not be written; None: none is asked for."""
+def check_output(*paths: Path | None, of: Iterable[Path] = ()) -> None:
+    """Tell before the work begins that a result could not be written, or would overwrite a file that it is made of.
+
+    None: none is asked for.
+    """
+    sources = [one for one in of if one.exists()]
     for path in filter(None, paths):
+        if path.exists() and (source := next((one for one in sources if one.samefile(path)), None)) is not None:
+            raise ScenarioError(f"{path}: would overwrite {source}; valid is another name")
         if path.is_dir():
             raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
         if not path.parent.is_dir():
@@ -110,13 +122,19 @@ def writing(path: Path) -> Iterator[None]:
         raise ScenarioError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
-def read_drive(path: Path, selection: DriveSelection = WHOLE) -> "Recording":
-    """Read a log, keep the views asked for, and thin them; only pictures of views that stay are decoded."""
+def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collection[str] | None = None) -> "Recording":
+    """Read a log, keep the views asked for, and thin them; only pictures of views that stay are decoded.
+
+    Where all ``sensors`` are in it, what others saw is not read: it may be damaged.
+    """
     from refseq.logs import open_log
     from refseq.logs.closing import incomplete, noted_damage
 
     source = open_log(path)
-    recording = thinned_drive(source, selection).recording()
+    plan = thinned_drive(source, selection)
+    if sensors is not None and set(sensors) <= set(plan.findings.sensors.values()):
+        plan = plan.seen_by(sensors)
+    recording = plan.recording()
     given = {"odometry": selection.odometry, "truth": selection.truth}
     notes = {key: Path(name).name for key, name in given.items() if name is not None}
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
@@ -160,9 +178,29 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
             "both",
             source.path,
         )
+    if selection.times is None:
+        for told in _left_out(plan):
+            logging.getLogger(__name__).warning("%s: %s; `refseq log check` tells more", source.path, told)
     if selection.noise_seed is not None:
         plan = plan.with_noise(np.random.default_rng(selection.noise_seed))
     return plan.thinned(selection.thin) if selection.thin else plan
+
+
+MUCH = 0.2
+"""A share of a log's moments that is too much to be left out without a word."""
+
+
+def _left_out(plan: "ViewPlan") -> "Iterator[str]":
+    """Sentences on what of a log is in no view."""
+    from refseq.logs.pairing.moments import NONE
+
+    found = plan.findings
+    moments = found.views + found.without_odometry
+    if found.without_odometry > MUCH * moments:
+        yield f"{found.without_odometry} of {moments} moments have no odometry, and are no views"
+    for topic, sensor in found.sensors.items():
+        if (plan.moments.samples[topic] == NONE).all():
+            yield f"{sensor} ({topic}) is in no view, as its stamps are none of the views'"
 
 
 def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewPlan":

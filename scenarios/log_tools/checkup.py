@@ -1,7 +1,7 @@
 """Checkup of a log: all that its owner should know before anything is learnt from it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -30,6 +30,7 @@ from refseq_bench.scenarios.log_tools.survey import (
     topic_of,
 )
 from refseq_bench.scenarios.log_tools.travel import Travel, positions, travel
+from refseq_bench.scenarios.log_tools.troubles import troubles_of
 from refseq_bench.scenarios.log_tools.turns import sensor_offsets
 from refseq_bench.scenarios.log_tools.verdicts import PROFILE, LogVerdict, Prospect, Usability, verdicts
 from refseq_bench.scenarios.log_tools.warnings import warnings_of
@@ -84,10 +85,11 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     kept = plan.thinned(selection.thin) if plan and selection.thin else plan
     way, true = _way(plan), positions([view.truth for view in plan.views if view.truth] if plan else [])
     views = len(kept) if kept else 0
-    cost = expected_cost([] if plan is None else _sample_views(found, plan), views, PROFILE)
+    troubles = troubles_of(found, plan)
+    cost = expected_cost([] if plan is None else _sample_views(found, plan, troubles), views, PROFILE)
     same = one_path(way, true)
     driven = _travelled(way, true if len(true) > MOST * len(way) and not same else way)
-    prospect = Prospect(path, selection, plan, refusal, views, driven, same)
+    prospect = Prospect(path, selection, plan, refusal, views, driven, same, troubles)
     offsets = sensor_offsets(plan) if plan else {}
     doubts = _doubts(plan, selection)
     return LogCheckup(
@@ -145,17 +147,14 @@ def _travelled(way: NDArray[np.float64], places: NDArray[np.float64]) -> Travel:
     return replace(travel(way), revisited=there.revisited, back_at=there.back_at)
 
 
-def _sample_views(found: LogSurvey, plan: ViewPlan) -> list[View]:
+def _sample_views(found: LogSurvey, plan: ViewPlan, left_out: Collection[str]) -> list[View]:
     """A few views put together of the samples that the survey kept, to time the learning by."""
     topics = {topic.name: topic for topic in found.topics}
-    sensors = {name: topics[topic] for topic, name in plan.findings.sensors.items()}
+    sensors = {name: topics[topic] for topic, name in plan.findings.sensors.items() if name not in left_out}
     pictures = {name: pictures_of(topic, TIMED) for name, topic in sensors.items() if name != LASER}
     scan = scan_of(sensors[LASER]) if LASER in sensors else None
     count = min((len(found) for found in pictures.values()), default=TIMED if scan else 0)
-    try:
-        return [View(0.0, {name: found[k][1].decode() for name, found in pictures.items()}, scan) for k in range(count)]
-    except LogError:  # a picture that cannot be decoded is told of where the log is read
-        return []
+    return [View(0.0, {name: found[k][1].decode() for name, found in pictures.items()}, scan) for k in range(count)]
 
 
 def taken_as(topic: TopicSurvey, plan: ViewPlan | None) -> str:

@@ -2,7 +2,8 @@
 
 import math
 import shlex
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
@@ -48,7 +49,8 @@ class Prospect:
     """All that the verdicts are about: the log, its views before and after thinning, and how they were selected.
 
     ``plan`` is None where no view comes of the log, for the reason in ``refusal``; ``views`` counts those that stay
-    after thinning by ``selection``. ``truth_is_odometry``: both are the same path, told twice.
+    after thinning by ``selection``. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
+    of sensors that cannot be learnt, by name (``troubles_of``).
     """
 
     path: Path
@@ -58,6 +60,19 @@ class Prospect:
     views: int
     travel: Travel
     truth_is_odometry: bool = False
+    troubles: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def well(self) -> tuple[str, ...]:
+        """Sensors without trouble."""
+        sensors = self.plan.findings.sensors.values() if self.plan else ()
+        return tuple(sorted(set(sensors) - set(self.troubles)))
+
+    @property
+    def trouble(self) -> str:
+        """The troubles in one sentence; empty without any."""
+        told = "; ".join(f"{name}: {why}" for name, why in self.troubles.items())
+        return f"{told}; by {', '.join(self.well)} alone" if told and self.well else told
 
     @property
     def length(self) -> float:
@@ -79,6 +94,10 @@ def _learn(of: Prospect) -> LogVerdict:
     if of.length < SHORT:
         reason = f"the robot hardly moves: {of.length:.2f} m by {motion_origin(of.plan.findings)}"
         return LogVerdict("learn", Usability.FAILS, reason)
+    if of.troubles:
+        return LogVerdict(
+            "learn", Usability.LIMITED if of.well else Usability.FAILS, of.trouble, _commands(of, "learn")
+        )
     if of.views < FEW_VIEWS:
         reason = f"{of.views} views over {of.length:.1f} m: hardly an order of views to go by"
         return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "learn"))
@@ -91,6 +110,8 @@ def _localise(of: Prospect) -> LogVerdict:
     if not motion_origin(of.plan.findings):
         reason = "no odometry: each view is judged by itself (stage uniform), in a map of another log"
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "alone"))
+    if of.troubles and not of.well:
+        return LogVerdict("localise", Usability.FAILS, of.trouble)
     split = split_at(of.plan, of.travel) if of.selection.views is None else None
     if split is not None:
         reason = f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest"
@@ -133,6 +154,8 @@ def split_at(plan: ViewPlan, travel: Travel) -> int | None:
 def _commands(of: Prospect, task: str, split: int | None = None, more: str = "") -> tuple[str, ...]:
     """The words to type; at ``split`` a drive that comes back is cut in two, of which the first is learnt."""
     log, options = shlex.quote(str(of.path)), selection_words(of.selection)
+    if of.troubles and task != "check":
+        options += [f"--sensors {shlex.quote(','.join(of.well))}"]
     stem = of.path.name.partition(".")[0] or "robot"
     learnt, beliefs = shlex.quote(f"{stem}.refseq"), "beliefs.parquet"
     if task == "check":

@@ -64,10 +64,13 @@ def _of_other_clocks(found: LogSurvey, findings: Findings) -> Iterator[str]:
     topics = {topic.name: topic for topic in found.topics}
     motion = topic_of(motion_origin(findings))
     own = topics[motion].timing.delay if motion in topics else math.nan
-    for topic in findings.sensors:
+    for topic, sensor in findings.sensors.items():
         apart = topics[topic].timing.delay - own
         if abs(apart) > OTHER_CLOCK:
-            yield f"{topic}: stamped by another clock than {motion}: {-apart:+.2f} s by the times of logging"
+            yield (
+                f"{topic}: stamped by another clock than {motion}: {-apart:+.2f} s by the times of logging; "
+                f"--late {sensor}={-apart:.2f} sets them right"
+            )
 
 
 def _of_offsets(findings: Findings, offsets: Mapping[str, ClockOffset | None]) -> Iterator[str]:

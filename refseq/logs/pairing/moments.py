@@ -1,7 +1,7 @@
 """Moments at which there is a view, and the sample of each sensor that belongs to it."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,10 @@ class Moments:
 
     def __len__(self) -> int:
         return len(self.times)
+
+    def of(self, topics: Collection[str]) -> "Moments":
+        """The same, without samples of other topics."""
+        return replace(self, samples={topic: found for topic, found in self.samples.items() if topic in topics})
 
     def chosen(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> "Moments":
         """Some of them."""

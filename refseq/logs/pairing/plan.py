@@ -1,6 +1,6 @@
 """Views of a log, planned by odometry before any picture is decoded, then read."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import cast
@@ -83,6 +83,11 @@ class ViewPlan:
                 )
             kept.append(found)
         return self._of(np.array(kept, np.intp), chosen(self.views, kept))
+
+    def seen_by(self, sensors: Collection[str]) -> "ViewPlan":
+        """The same views by some of the sensors: what others saw is not read."""
+        topics = {topic for topic, name in self.findings.sensors.items() if name in sensors}
+        return replace(self, moments=self.moments.of(topics))
 
     def _of(self, kept: NDArray[np.intp], views: tuple[View, ...]) -> "ViewPlan":
         return replace(self, views=views, moments=self.moments.chosen(kept))
@@ -174,6 +179,9 @@ def _filled(plan: ViewPlan) -> Iterator[View]:
             yield _view(plan, done, seen[done])
             seen[done] = {}
             done += 1
+    while done < len(left) and not left[done]:  # of which nothing is asked
+        yield _view(plan, done, {})
+        done += 1
 
 
 def _view(plan: ViewPlan, row: int, seen: dict[str, NDArray[np.uint8] | EncodedPicture | Scan]) -> View:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from refseq.planar import Pose
 
 JUMP = 1.0
 """A clock that falls by more than so much was set back [s]; by less, messages overtook each other."""
+MOST_JUMPS = 100
+"""More often no clock is set back: such a log has no order."""
 
 
 @dataclass(slots=True)
@@ -85,7 +88,7 @@ def survey(source: LogSource) -> Survey:
         if channel is None:  # a damaged log may name topics that it never declared
             continue
         stamps = found.stamps.setdefault(sample.topic, TopicStamps(channel, frame=sample.frame, child=sample.child))
-        shift = 0.0 if source.has_moments else clock.shift(sample.logged)
+        shift = 0.0 if source.has_moments else clock.shift(source.path, sample.topic, sample.logged)
         time = sample.time + shift
         stamps.backward += bool(stamps.times) and time < stamps.times[-1]
         stamps.times.append(time)
@@ -100,18 +103,31 @@ def survey(source: LogSource) -> Survey:
 
 
 class _LogClock:
-    """Log time that goes on where the clock was set back or another run was appended."""
+    """Log time that goes on where the clock was set back or another run was appended.
+
+    A clock that is set back turns a topic's own times back. Where only those of one topic lie before another's, the
+    topics were written one behind the other, as converters do, and no clock jumped.
+    """
 
     def __init__(self) -> None:
         self._shift, self._last = 0.0, -np.inf
+        self._last_of: dict[str, float] = {}
         self.notes: list[str] = []
 
-    def shift(self, logged: float) -> float:
-        """Seconds to add to the times of a sample that was logged at ``logged`` [s]."""
-        fall = self._last - (logged + self._shift)
-        if fall > JUMP:
+    def shift(self, path: Path, topic: str, logged: float) -> float:
+        """Seconds to add to the times of a topic's sample that was logged at ``logged`` [s].
+
+        Raises ``LogError`` for a log at ``path`` in no order at all.
+        """
+        if self._last_of.get(topic, -np.inf) - (logged + self._shift) > JUMP:
+            fall = self._last - (logged + self._shift)
             self.notes.append(f"the log's clock jumps back by {fall:.3f} s to {logged:.3f} s; later times are shifted")
             self._shift += fall
+            if len(self.notes) > MOST_JUMPS:
+                raise LogError(
+                    f"{path}: its clock jumps back {len(self.notes)} times and more; valid is a log in order of time"
+                )
+        self._last_of[topic] = logged + self._shift
         self._last = max(self._last, logged + self._shift)
         return self._shift
 

@@ -61,7 +61,7 @@ def compare(
     from refseq_bench.scenarios.methods.by_name import methods_named
     from refseq_bench.scenarios.scoring.figures import figures_record
 
-    _check_outputs(output, report)
+    _check_outputs(output, report, drives)
     pairs, wanted = pairs_of(drives, ground_truth, layout), methods_named(words(methods, "methods"))
     benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed, reading.chosen())
     failures: list[str] = []
@@ -86,8 +86,8 @@ def _leave(failures: "Sequence[str]") -> None:
         raise typer.Exit(1)
 
 
-def _check_outputs(output: Path | None, report: Path | None) -> None:
-    check_output(output, report)
+def _check_outputs(output: Path | None, report: Path | None, drives: "Sequence[Path]") -> None:
+    check_output(output, report, of=drives)
     if output is not None and output.suffix.lower() != ".csv":
         raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
 

@@ -61,12 +61,12 @@ def localise(
     """Localise a recorded drive in a map, view by view."""
     from refseq_bench.scenarios.drives.evaluate import compare
 
-    check_output(output)
+    check_output(output, of=[map_file, query, *selection.chosen().files])
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = load_map(map_file)
     if trajectory is not None:
         _check_trajectories(map_, map_file, output, trajectory)
-    drive = read_drive(query, selection.with_noise(seed + 1))
+    drive = read_drive(query, selection.with_noise(seed + 1), chosen)
     name = f"{map_file.name} ← {query.name}"
     truth = None if ground_truth is None else _ground_truth(ground_truth, map_, map_file, drive, selection)
     if truth is None:

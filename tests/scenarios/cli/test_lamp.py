@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from refseq.missions.lamp import parse_lamp, print_lamp
-from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.library import LIBRARY
 from refseq_bench.scenarios.missions.lamp import read_program
@@ -19,7 +18,7 @@ Lamp = Callable[..., Answer]
 @pytest.fixture
 def lamp(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Lamp:
     """Run a program, on a terminal that wraps no reason."""
-    monkeypatch.setattr(out, "width", 120)
+    monkeypatch.setenv("COLUMNS", "120")
 
     def run(program: str, *words: str) -> Answer:
         path = tmp_path / "mine.lamp"

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from refseq.errors import RefseqError
+from refseq.map.learning import learn as learn_map
 from refseq.planar import Pose
-from refseq_bench.scenarios.drives.inputs import DriveSelection
+from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
 from refseq_bench.scenarios.log_tools.checkup import check_log
 from refseq_bench.scenarios.log_tools.facts import facts_of
 from refseq_bench.scenarios.log_tools.verdicts import Usability
@@ -86,3 +88,42 @@ def test_a_path_that_is_driven_twice_is_split(tmp_path: Path) -> None:
     localise = next(one for one in found.verdicts if one.task == "localise")
     assert "driven twice" in localise.reason
     assert ["learn" in localise.commands[0], "localise" in localise.commands[1]] == [True, True]
+
+
+@dataclass(frozen=True)
+class Troubled(RobotDrive):
+    """A robot with a laser that is ``blind``, or a camera whose pictures change their size."""
+
+    blind: bool = False
+    changing: bool = False
+
+    def ranges(self, time: float, bearings: NDArray[np.float64], mount: Pose = HERE) -> NDArray[np.float32]:
+        found = super().ranges(time, bearings, mount)
+        return np.full_like(found, np.inf) if self.blind else found
+
+    def picture(self, time: float) -> NDArray[np.uint8]:
+        found, later = super().picture(time), time > self.start + self.seconds / 2
+        return np.tile(found, (2, 2)) if self.changing and later else found
+
+
+@pytest.mark.parametrize(
+    ("drive", "encoding", "told", "well"),
+    [
+        (Troubled(seconds=12.0, blind=True), "png", "laser: no beam came back in", "camera"),
+        (Troubled(seconds=12.0, changing=True), "png", "its pictures are 128 × 96 and 64 × 48 pixels", "laser"),
+        (DRIVE, "mono7", "'mono7'", "laser"),
+    ],
+)
+def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
+    tmp_path: Path, drive: RobotDrive, encoding: str, told: str, well: str
+) -> None:
+    bag = write_rosbag2(tmp_path / "bag", drive, RosSetup(image_format=encoding))
+    learn = check_log(bag, DriveSelection()).verdicts[0]
+    assert learn.usability is LIMITED
+    assert told in learn.reason
+    assert learn.reason.endswith(f"; by {well} alone")
+    assert f" --sensors {well} " in learn.commands[0]
+    views = read_drive(bag, DriveSelection(thin=0.85), [well]).views
+    assert len(learn_map(views, sensors=[well])) == len(views) > 8
+    with pytest.raises(RefseqError):
+        learn_map(read_drive(bag, DriveSelection(thin=0.85)).views)

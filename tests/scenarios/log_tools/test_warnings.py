@@ -64,7 +64,9 @@ def test_late_and_of_a_false_gain_are_two_faults() -> None:
 
 def test_another_clock_is_told_by_how_much() -> None:
     (line,) = told(scans=topic("/scan", delay=-1.5))
-    assert line == "/scan: stamped by another clock than /odom: +1.50 s by the times of logging"
+    assert line == (
+        "/scan: stamped by another clock than /odom: +1.50 s by the times of logging; --late laser=1.50 sets them right"
+    )
     assert told(scans=topic("/scan", delay=0.2)) == []
 
 

@@ -5,6 +5,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import foxglove
+import numpy as np
 import pytest
 from foxglove import channels, messages
 
@@ -12,7 +13,7 @@ from refseq.errors import LogError
 from refseq.logs import open_log, plan_views, read_recording
 from refseq.planar import Pose, motion_between
 from tests.refseq.logs.foxglove_drive import TOPICS, ns, pose_message, write_foxglove
-from tests.refseq.logs.robot_drive import RobotDrive, Sense
+from tests.refseq.logs.robot_drive import Moment, RobotDrive, Sense
 
 DRIVE = RobotDrive(seconds=6.0)
 
@@ -174,3 +175,37 @@ def test_duplicates_count_once(tmp_path: Path) -> None:
     assert {float(view.scan.ranges[0]) for view in recording.views if view.scan} == {2.0}
     assert recording.findings
     assert recording.findings.channels["/scan"].duplicates == 10
+
+
+def test_topics_that_were_written_one_behind_the_other_are_no_clock_that_jumps(tmp_path: Path) -> None:
+    """As converters write them: each topic's own times rise."""
+    whole = write_foxglove(tmp_path / "whole.mcap", DRIVE)
+    sorted_by = write_foxglove(tmp_path / "topics.mcap", TopicByTopic(seconds=6.0))
+    one, other = read_recording(whole), read_recording(sorted_by)
+    assert other.findings
+    assert not other.findings.notes
+    assert [view.time for view in other.views] == [view.time for view in one.views]
+    for first, second in zip(one.views, other.views, strict=True):
+        assert (first.distance, first.turn) == (second.distance, second.turn)
+        assert all((first.images[name] == second.images[name]).all() for name in first.images)
+
+
+class TopicByTopic(RobotDrive):
+    """The same drive, whose moments are written sense by sense."""
+
+    @property
+    def moments(self) -> list[Moment]:  # type: ignore[override]
+        return sorted(super().moments, key=lambda moment: (moment.sense, moment.logged))
+
+
+def test_a_log_in_no_order_at_all_is_told(tmp_path: Path) -> None:
+    class Shuffled(RobotDrive):
+        @property
+        def moments(self) -> list[Moment]:  # type: ignore[override]
+            found = list(super().moments)
+            np.random.default_rng(1).shuffle(found)  # type: ignore[arg-type]
+            return found
+
+    path = write_foxglove(tmp_path / "shuffled.mcap", Shuffled(seconds=30.0))
+    with pytest.raises(LogError, match="its clock jumps back 101 times and more; valid is a log in order of time"):
+        read_recording(path)

@@ -1,0 +1,30 @@
+"""Sensors of a log that no map can be learnt with, by the samples that the survey kept."""
+
+from collections.abc import Mapping
+
+from refseq.errors import LogError
+from refseq.logs.pairing.plan import ViewPlan
+from refseq.view import Scan
+from refseq_bench.scenarios.log_tools.survey import KEPT, LogSurvey, TopicSurvey, pictures_of
+
+
+def troubles_of(found: LogSurvey, plan: ViewPlan | None) -> Mapping[str, str]:
+    """What is wrong with each sensor of the plan, by its name; sensors that are well are not named."""
+    topics = {topic.name: topic for topic in found.topics}
+    sensors = plan.findings.sensors if plan else {}
+    told = {name: _trouble(topics[topic], found.start) for topic, name in sensors.items()}
+    return {name: why for name, why in told.items() if why}
+
+
+def _trouble(topic: TopicSurvey, start: float) -> str:
+    scans = [one.content for one in topic.samples if isinstance(one.content, Scan)]
+    if scans:
+        return "" if any(scan.returned.any() for scan in scans) else f"no beam came back in {len(scans)} scans"
+    sizes = set()
+    for time, picture in pictures_of(topic, KEPT):
+        try:
+            height, width = picture.decode().shape
+        except LogError as error:
+            return f"at {time - start:.1f} s {error}"
+        sizes.add(f"{width} × {height}")
+    return f"its pictures are {' and '.join(sorted(sizes))} pixels; valid is one size" if len(sizes) > 1 else ""
