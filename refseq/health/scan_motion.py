@@ -33,7 +33,10 @@ FEWEST = 30
 
 NEAR = 9.0
 """Points of the new scan farther than this are left out [m]: where beams meet a corridor's walls far apart, a wall is
-drawn as single points, and what lies between them would seem unexplained."""
+drawn as single points, and what lies between them would seem unexplained. It is that of beams half a degree apart or
+less; of wider ones less, as their spots on a wall are so far apart nearer by, by the root of their step."""
+FINE = math.radians(0.5)
+"""Step of the beams for which ``NEAR`` is meant [rad]."""
 
 JOINED = 0.8
 """Neighbouring points nearer to each other than this are one wall [m]."""
@@ -119,7 +122,7 @@ def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> Mo
     """Ratios of the hypotheses, given the odometer's ``distance`` [m] and ``turn`` [rad] between two scans."""
     if abs(distance) > FARTHEST_STEP or abs(turn) > LARGEST_TURN:
         return SILENT
-    here, there = _points(after, NEAR), _points(before, REACH)
+    here, there = _points(after, _near(before)), _points(before, REACH)
     if min(len(here), len(there)) < FEWEST:
         return SILENT
     walls = _Walls(there, before)
@@ -151,7 +154,7 @@ def moved_ratio(before: Scan, after: Scan) -> float | None:
 
     None where there is too little to compare.
     """
-    here, there = _points(after, NEAR), _points(before, REACH)
+    here, there = _points(after, _near(before)), _points(before, REACH)
     if min(len(here), len(there)) < FEWEST:
         return None
     walls = _Walls(there, before)
@@ -163,6 +166,11 @@ def moved_ratio(before: Scan, after: Scan) -> float | None:
 def _ratio(fault: float, health: float) -> float:
     """Log-likelihood ratio of what two hypotheses leave unexplained [m]: distances are exponentially distributed."""
     return INDEPENDENT * (health - fault) / max(ROUGHNESS, min(health, fault))
+
+
+def _near(scan: Scan) -> float:
+    """How far a scan shows walls without gaps [m]."""
+    return NEAR * math.sqrt(FINE / max(FINE, scan.step))
 
 
 def _points(scan: Scan, reach: float) -> NDArray[np.float64]:

@@ -38,6 +38,8 @@ FEATURES: Mapping[str, Callable[[str, Profile, Mapping[str, NDArray[Any]]], Extr
 
 def make_extractors(features: Iterable[str], sensors: Sequence[str], profile: Profile) -> tuple[Extractor, ...]:
     """Fresh extractors for every fitting pair of feature and sensor; ``MapError`` when one is unknown or none fits."""
+    if not sensors:
+        raise MapError("no view has a picture or a scan; valid are views of at least one camera or laser")
     names = list(features)
     for name in names:
         if name not in FEATURES:

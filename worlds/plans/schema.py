@@ -20,7 +20,7 @@ Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
 Length = Annotated[float, Field(strict=True, gt=0.0, le=FARTHEST)]
 Height = Annotated[float, Field(strict=True, ge=0.0, le=FARTHEST)]
 Share = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
-Count = Annotated[int, Field(strict=True, ge=1)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Point = tuple[Number, Number]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")]
 

@@ -76,9 +76,13 @@ class CompressedPicture:
 
     @property
     def is_depth(self) -> bool:
-        """PNG of one channel of 16 bits, as depth cameras are compressed, or a format that says so."""
-        said = any(word in DEPTH_ENCODINGS for word in self.encoding.lower().replace(";", " ").split())
-        return said or (self.data[:8] == PNG_MAGIC and self.data[24:26] == b"\x10\x00")
+        """PNG of one channel of 16 bits, as depth cameras are compressed, or a format that says so.
+
+        One whose format says that it is of brightness is none.
+        """
+        said = self.encoding.lower().replace(";", " ").split()
+        deep = self.data[:8] == PNG_MAGIC and self.data[24:26] == b"\x10\x00"
+        return any(word in DEPTH_ENCODINGS for word in said) or (deep and "mono16" not in said)
 
     def decode(self) -> NDArray[np.uint8]:
         """Grey pixels. Raises ``LogError`` for what is no PNG or JPEG, is damaged, or declares too many pixels."""

@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from refseq.health.monitor import HealthMonitor
 from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 from tests.refseq.health.drives import STEP, WALLS, drive, from_view, picture, with_image
-from tests.refseq.rooms import cast
+from tests.refseq.rooms import Wall, cast, rectangle
 
 VIEWS = drive()
 START = 12
@@ -171,6 +172,35 @@ def test_a_corridor_that_looks_alike_everywhere_says_nothing_of_the_way():
         View(1.8 * k, scan=cast(bare, Pose(0.85 * k, 0.0, 0.0), rng=rng), distance=1.7 if k else 0.0) for k in range(20)
     ]
     assert not any(declared(views))
+
+
+def alcoves(seed: int) -> list[Wall]:
+    """A corridor of 50 m whose walls step back by half a metre or one here and there, and are bare between."""
+    rng, walls = np.random.default_rng(seed), [*rectangle(-3.0, -2.3, 45.0, 2.3)]
+    for side in (1.2, -1.2):
+        at, behind = -3.0, 0.0
+        while at < 45.0:
+            end, deep = at + rng.uniform(1.5, 5.0), float(rng.choice([0.0, 0.0, 0.5, 1.0]))
+            walls += [
+                (at, math.copysign(1.2 + behind, side), at, math.copysign(1.2 + deep, side)),
+                (at, math.copysign(1.2 + deep, side), end, math.copysign(1.2 + deep, side)),
+            ]
+            at, behind = end, deep
+    return walls
+
+
+@pytest.mark.parametrize("step", [0.25, 0.5, 1.0], ids=lambda step: f"{step} degrees")
+def test_a_laser_of_any_step_is_no_odometer_in_reverse(step: float) -> None:
+    """Beams a degree apart meet a corridor's walls in single spots from 7 m on, which fit any motion."""
+    for seed in range(12):
+        rng, walls = np.random.default_rng(seed), alcoves(seed)
+        monitor, faults = HealthMonitor(), []
+        for k in range(32):
+            pose = Pose(0.9 * k, 0.1 * math.sin(k / 3), 0.05 * math.sin(k / 2 + seed))
+            scan = cast(walls, pose, beams=round(180 / step) + 1, rng=rng)
+            turn = 0.05 * (math.sin(k / 2 + seed) - math.sin((k - 1) / 2 + seed)) if k else 0.0
+            faults += monitor.update(View(1.8 * k, {}, scan, 0.9 if k else 0.0, turn)).faults
+        assert faults == [], seed
 
 
 def test_the_same_views_after_a_reset_give_the_same_faults():
