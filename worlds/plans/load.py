@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from refseq_bench.text_file import TextFileError, parse_toml, read_text
 from refseq_bench.worlds.errors import PlanError
@@ -77,7 +78,7 @@ def _read(path: Path) -> str:
 
 
 def _first(error: ValidationError) -> str:
-    first = error.errors()[0]
+    first = _first_of(error)
     where, value = _key(first["loc"]), short(first["input"])
     match first["type"]:
         case "extra_forbidden":
@@ -87,8 +88,29 @@ def _first(error: ValidationError) -> str:
             return f"{where}: missing; it is required"
         case "value_error":
             return f"{where}: {value} is not valid; it should be {first['ctx']['error']}"
-    reason = first["msg"].removeprefix("Input should be ").removeprefix("String should ")
-    return f"{where}: {value} is not valid; it should be {reason[0].lower()}{reason[1:]}"
+    return f"{where}: {value} is not valid; it should be {_valid_words(first)}"
+
+
+def _first_of(error: ValidationError) -> ErrorDetails:
+    """The first finding; of a key that is missing, the unknown one beside it that was probably meant."""
+    found = error.errors()
+    first = found[0]
+    beside = (one for one in found if one["type"] == "extra_forbidden" and one["loc"][:-1] == first["loc"][:-1])
+    return next(beside, first) if first["type"] == "missing" else first
+
+
+def _valid_words(found: ErrorDetails) -> str:
+    """What would have been valid, behind 'it should be'."""
+    told = found.get("ctx", {})
+    match found["type"]:
+        case "too_short":
+            return f"a list of {told['min_length']} or more"
+        case "too_long":
+            return f"a list of {told['max_length']} at most"
+        case "string_pattern_mismatch":
+            return "letters, digits, points, dashes and underscores, a letter or digit first"
+    reason = found["msg"].removeprefix("Input should be ").removeprefix("String should ")
+    return f"{reason[0].lower()}{reason[1:]}"
 
 
 def _key(loc: tuple[int | str, ...]) -> str:

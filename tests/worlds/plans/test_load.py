@@ -102,6 +102,13 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
             "label, material",
         ),
         ('door = [{ name = "d1", wall = "left" }]', "door[0].at: missing; it is required"),
+        ('door = [{ name = "d1", wall = "left", att = 3.0 }]', "door[0].att: unknown key; valid keys are name, wall, at, "
+         "width, height, recess, open, hinge, depth, label, material"),
+        (
+            'door = [{ name = "d 1", wall = "left", at = 3.0 }]',
+            "door[0].name: 'd 1' is not valid; it should be letters, digits, points, dashes and underscores, a letter or "
+            "digit first",
+        ),
         (
             'door = [{ name = "d1", wall = "left", at = "3" }]',
             "door[0].at: '3' is not valid; it should be a valid number",
@@ -123,6 +130,10 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
             'poster = [{ name = "p1", wall = "left", at = 3, style = "pop" }]',
             "poster[0].style: 'pop' is not valid; it should be 'text', 'plots', 'photo', 'mixed', 'diagram' or "
             "'whiteboard'",
+        ),
+        (
+            'kerb = [{ name = "k", points = [[0.0, 0.0]] }]',
+            "kerb[0].points: [[0.0, 0.0]] is not valid; it should be a list of 2 or more",
         ),
         (
             'title = "\\u001b[2J"',
