@@ -39,11 +39,12 @@ HALF_DEGREE = math.pi / 360
 
 @dataclass(frozen=True, slots=True)
 class _CarmenLine:
-    """The fields of one line, with its place for messages."""
+    """The fields of one line, with its place for messages; one that is not ``ended`` may have been cut off."""
 
     path: Path
     number: int
     fields: Sequence[str]
+    ended: bool = True
 
     @property
     def kind(self) -> str:
@@ -149,6 +150,8 @@ class CarmenSource:
         for line in self._readable():
             self._counts[line.kind] += 1
             if line.kind == "PARAM":
+                if len(line.fields) < 3 and not line.ended:
+                    break  # cut off
                 if len(line.fields) < 3:
                     raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
                 told[line.fields[1]] = line.fields[2]
@@ -162,7 +165,7 @@ class CarmenSource:
 
     @property
     def complete(self) -> bool:
-        """False for a compressed log that was cut off, and for one made of a drive that ended before its time."""
+        """False for a log that was cut off, and for one made of a drive that ended before its time."""
         return not self.damage
 
     @property
@@ -202,7 +205,13 @@ class CarmenSource:
         state = _State()
         moment = 0
         for line in self._readable():
-            found = self._read_line(line, state)
+            try:
+                found = self._read_line(line, state)
+            except LogError:
+                if line.ended:
+                    raise
+                self._cut = f"line {line.number} is cut off"
+                return
             if found is not None:
                 for topic, content in (
                     (LASER_TOPIC, found.scan),
@@ -291,7 +300,7 @@ def _lines(path: Path) -> Iterator[_CarmenLine]:
             lines.add(1)
             fields = text.decode("utf-8", errors="replace").split()
             if fields and not fields[0].startswith("#"):
-                yield _CarmenLine(path, number, fields)
+                yield _CarmenLine(path, number, fields, text.endswith(b"\n"))
 
 
 def _next_line(file: IO[bytes]) -> bytes:

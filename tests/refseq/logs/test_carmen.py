@@ -256,6 +256,25 @@ def test_a_compressed_log_that_was_cut_off_gives_what_is_left(tmp_path: Path, pa
         read_recording(path)
 
 
+def test_a_log_cut_off_at_any_byte_gives_what_lies_before(tmp_path: Path) -> None:
+    """As a logger leaves it that was killed, or a disk that was full."""
+    path = log(
+        tmp_path, "# head", FLASER, "ODOM 1 2 3 0 0 0 1 h 1", FLASER.replace("7.5", "8.5"), "PARAM robot mine 1 h 1"
+    )
+    content = path.read_bytes()
+    first = content.index(b"\n", content.index(b"FLASER")) + 1
+    for end in range(first, len(content)):
+        path.write_bytes(content[:end])
+        found = read_recording(path)
+        whole = 1 + (end > content.index(b"PARAM"))
+        # A line that lacks but the end of its last number is one.
+        assert whole <= len(found.views) <= whole + 1
+        assert found.views[0].time == 7.5
+        if not found.complete:
+            assert len(found.views) == whole
+    assert found.complete
+
+
 def test_a_line_without_end_is_not_read_to_its_end(tmp_path: Path) -> None:
     path = tmp_path / "log.gz"
     path.write_bytes(gzip.compress(b"FLASER " + b"1 " * 5_000_000))

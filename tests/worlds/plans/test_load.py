@@ -102,12 +102,12 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
             "label, material",
         ),
         ('door = [{ name = "d1", wall = "left" }]', "door[0].at: missing; it is required"),
-        ('door = [{ name = "d1", wall = "left", att = 3.0 }]', "door[0].att: unknown key; valid keys are name, wall, at, "
+        ('door = [{ name = "d1", wall = "left", att = 3 }]', "door[0].att: unknown key; valid keys are name, wall, at, "
          "width, height, recess, open, hinge, depth, label, material"),
         (
             'door = [{ name = "d 1", wall = "left", at = 3.0 }]',
-            "door[0].name: 'd 1' is not valid; it should be letters, digits, points, dashes and underscores, a letter or "
-            "digit first",
+            "door[0].name: 'd 1' is not valid; it should be letters, digits, points, dashes and underscores, a letter "
+            "or digit first",
         ),
         (
             'door = [{ name = "d1", wall = "left", at = "3" }]',
