@@ -8,6 +8,7 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import Role
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, topic_of
+from refseq_bench.scenarios.log_tools.units import unit_doubts
 
 LATE = 0.05
 """Offsets between sensors from here on are told [s]: at 1 m/s they move a view by 5 cm."""
@@ -32,6 +33,7 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, C
         lines += _of_other_clocks(found, plan.findings)
         lines += _of_offsets(plan.findings, offsets)
         lines += _of_pairing(found, plan.findings)
+        lines += unit_doubts(found, plan)
     return tuple(lines)
 
 

@@ -1,23 +1,32 @@
 """Warnings about offsets, other clocks and pairing, on findings that are laid out by hand."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
+from refseq.view import Scan, View
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.warnings import times, warnings_of
 
 
-def topic(name: str, *, delay: float = 0.0, count: int = 100, rate: float = 10.0) -> Any:
+def topic(name: str, *, delay: float = 0.0, count: int = 100, rate: float = 10.0, samples: Any = ()) -> Any:
     timing = SimpleNamespace(
         delay=delay, count=count, rate=rate, zeros=0, backwards=0, duplicates=0, longest_gap=None, gaps=()
     )
-    return SimpleNamespace(name=name, timing=timing, channel=SimpleNamespace(role="a sensor's"))
+    return SimpleNamespace(name=name, timing=timing, channel=SimpleNamespace(role="a sensor's"), samples=samples)
 
 
 def told(
-    offset: ClockOffset | None = None, *, left: int = 0, scans: Any = None, damage: str = "", **findings: Any
+    offset: ClockOffset | None = None,
+    *,
+    left: int = 0,
+    scans: Any = None,
+    damage: str = "",
+    views: Sequence[View] = (),
+    **findings: Any,
 ) -> list[str]:
     """Warnings about a log of a camera, which leads, a laser and odometry."""
     topics = (topic("/odom"), topic("/camera"), scans or topic("/scan"))
@@ -33,7 +42,7 @@ def told(
         "without_odometry": 0,
         "notes": (),
     }
-    plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings))
+    plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings), views=views)
     return list(warnings_of(found, plan, {"laser": offset, "camera": None}))
 
 
@@ -89,3 +98,33 @@ def test_what_is_told_of_a_log_comes_in_the_order_of_weight() -> None:
 
 def test_counts() -> None:
     assert [times(count, "pause") for count in (0, 1, 2)] == ["0 pauses", "1 pause", "2 pauses"]
+
+
+def driven(*ways: float, step: float = 0.5) -> list[View]:
+    return [View(step * number, distance=way) for number, way in enumerate(ways)]
+
+
+@pytest.mark.parametrize(
+    ("views", "line"),
+    [
+        (driven(0.0, *[400.0] * 5), "/odom: the robot goes 800 m/s: are its poses in metres?"),
+        (
+            driven(0.0, 0.4, 0.4, -1000.0, 0.4, 0.4),
+            "/odom: 1 of 5 steps are faster than 30 m/s, the first of 1000.0 m in 0.50 s at 1.0 s",
+        ),
+    ],
+)
+def test_a_robot_that_no_one_has_is_told(views: list[View], line: str) -> None:
+    assert told(views=views) == [line]
+
+
+def test_stamps_that_stand_still_tell_no_speed() -> None:
+    assert told(views=driven(0.0, 0.4, 0.4, 0.4, step=0.0)) == []
+    assert told(views=driven(0.0, 0.4, 0.4, 0.4)) == []
+
+
+@pytest.mark.parametrize(("farthest", "count"), [(30.0, 0), (3000.0, 1)])
+def test_a_laser_that_no_one_has_is_told(farthest: float, count: int) -> None:
+    scan = Scan(np.linspace(1, farthest, 181).astype(np.float32), max_range=1e5)
+    found = told(scans=topic("/scan", samples=[SimpleNamespace(content=scan)]))
+    assert found == ["/scan: half of its ranges are beyond 1500 m: are they in metres?"] * count
