@@ -12,6 +12,7 @@ from refseq.logs.ros.contents import ROS_TYPES
 from refseq.logs.ros.decoder import RosDecoder, Serialization
 from refseq.logs.source import NANOSECONDS, Role, Sample, seconds_of
 from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
+from refseq.view import Scan
 
 ENCODINGS = ("protobuf", "json", "cdr")
 """Encodings that are read: Foxglove's two, and that of ROS 2."""
@@ -80,6 +81,8 @@ def _foxglove(told: ClientChannel) -> Callable[[bytes, int], Sample | None]:
             raise FoxgloveProtocolError(f"topic {told.topic}: is no {told.schema_name}: {error}") from error
         except LogError as error:
             raise FoxgloveProtocolError(f"topic {told.topic}: {error}") from error
+        if isinstance(message.content, Scan) and not len(message.content.ranges):  # in JSON: a field that is misspelt
+            raise FoxgloveProtocolError(f"topic {told.topic}: a scan has no ranges; valid is a list of them [m]")
         return Sample(
             told.topic,
             time,

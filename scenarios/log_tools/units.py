@@ -42,6 +42,6 @@ def _of_speed(plan: ViewPlan, start: float) -> Iterator[str]:
     elif len(fast):
         at = int(fast[0])
         yield (
-            f"{motion}: {len(fast)} of {len(ways)} steps are faster than {FASTEST:g} m/s, the first of {ways[at]:.1f} m "
-            f"in {lasts[at]:.2f} s at {begins[at] - start:.1f} s"
+            f"{motion}: {len(fast)} of {len(ways)} steps are faster than {FASTEST:g} m/s, the first of {ways[at]:.1f} "
+            f"m in {lasts[at]:.2f} s at {begins[at] - start:.1f} s"
         )

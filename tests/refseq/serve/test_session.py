@@ -131,6 +131,23 @@ def test_bytes_that_are_no_such_message_are_told_with_their_topic(map_: Map, enc
         session.take(1, b"\xff\xff\xff")
 
 
+@pytest.mark.parametrize("ranges", [{}, {"range": [1.0, 2.0]}, {"ranges": []}])
+def test_a_scan_without_ranges_is_told(map_: Map, ranges: dict[str, list[float]]) -> None:
+    session = RobotSession(map_, EACH)
+    session.advertise([ClientChannel(1, "/scan", "json", "foxglove.LaserScan")])
+    scan = {"timestamp": {"sec": 1, "nsec": 0}, "frame_id": "", "start_angle": -1.0, "end_angle": 1.0, **ranges}
+    with pytest.raises(FoxgloveProtocolError, match="topic /scan: a scan has no ranges; valid is a list of them"):
+        session.take(1, json.dumps(scan).encode())
+
+
+@pytest.mark.parametrize("nothing", ["Infinity", 0])
+def test_a_beam_from_nowhere_can_be_told_in_json(map_: Map, nothing: object) -> None:
+    session = RobotSession(map_, EACH)
+    session.advertise([ClientChannel(1, "/scan", "json", "foxglove.LaserScan")])
+    scan = {"timestamp": {"sec": 1, "nsec": 0}, "frame_id": "", "start_angle": -1.0, "end_angle": 1.0}
+    assert session.take(1, json.dumps({**scan, "ranges": [1.0, nothing, 2.0]}).encode()) == []
+
+
 def test_a_scan_in_json_is_read_as_one_in_protobuf(log: Path, true: list[Belief]) -> None:
     """A robot with a laser alone: scans are written anew as JSON."""
     views = [replace(view, images={}) for view in read_recording(log).views]
