@@ -110,7 +110,9 @@ def _from_json(own: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
 
     def decode(data: bytes) -> Any:
         JSON_BYTES.check(len(data), "a message has")
-        return json_format.ParseDict(_as_protobuf(json.loads(data)), own(b""), ignore_unknown_fields=True)
+        # Python's own writer has Infinity and NaN without quotes: as text they are Protobuf's.
+        told = json.loads(data, parse_constant=str)
+        return json_format.ParseDict(_as_protobuf(told), own(b""), ignore_unknown_fields=True)
 
     return decode
 
