@@ -25,7 +25,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     output,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_output, read_drive, words
+from refseq_bench.scenarios.drives.inputs import check_ending, check_output, read_drive, words
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -256,8 +256,7 @@ def similarity(
     check_output(output, arrays, of=[one, other])
     if output is not None:
         check_picture(output)
-    if arrays is not None and arrays.suffix != ".npz":
-        raise ScenarioError(f"{arrays}: is no name for arrays; valid is one that ends in .npz")
+    check_ending(arrays, ".npz", "arrays")
     settings = OverlapSettings(least=min_overlap)
     first, second = read_maps([one, other], first_of_one_path=True)
     every, matrices = merge_maps([first, second], settings).decisions, similarity_of(first, second)

@@ -21,7 +21,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     output,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_output, writing
+from refseq_bench.scenarios.drives.inputs import check_ending, check_output, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -241,8 +241,7 @@ def generate(output: Annotated[Path, output("Plan to write (.toml).")], seed: Se
     from refseq_bench.worlds.plans.write import plan_text
 
     check_output(output)
-    if output.suffix != ".toml":
-        raise ScenarioError(f"{output}: is no name of a plan; valid is one that ends in .toml")
+    check_ending(output, ".toml", "a plan")
     plan = corridor(seed)
     with writing(output):
         replace_text(output, plan_text(plan, f"Made by: refseq world generate --seed {seed}"))

@@ -19,8 +19,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
     output,
 )
-from refseq_bench.scenarios.drives.inputs import check_output, words, writing
-from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.drives.inputs import check_ending, check_output, words, writing
 from refseq_bench.scenarios.tables import print_whole, say
 
 if TYPE_CHECKING:
@@ -88,8 +87,7 @@ def _leave(failures: "Sequence[str]") -> None:
 
 def _check_outputs(output: Path | None, report: Path | None, drives: "Sequence[Path]") -> None:
     check_output(output, report, of=drives)
-    if output is not None and output.suffix.lower() != ".csv":
-        raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
+    check_ending(output, ".csv", "a table")
 
 
 def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:

@@ -26,7 +26,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
 )
 from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen, page_told
-from refseq_bench.scenarios.drives.inputs import check_output, load_map, stages, words
+from refseq_bench.scenarios.drives.inputs import check_ending, check_output, load_map, stages, words
 
 if TYPE_CHECKING:
     from refseq.logs import Recording
@@ -66,6 +66,7 @@ def live(
     only_one_of(script=script, keys=keys)
     only_one_of(rrd=rrd, connect=screen.connect, serve=screen.serve)
     check_output(output, recording, rrd, of=[map_file])
+    check_ending(output, ".parquet", "beliefs")
     screen.check(rrd)
     from refseq.map.localiser import StagedLocaliser
     from refseq.viewer.belief_log import LocaliserLayer

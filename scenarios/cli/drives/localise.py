@@ -20,7 +20,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     WriteTrajectory,
     grouped,
 )
-from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive, stages, words
+from refseq_bench.scenarios.drives.inputs import check_ending, check_output, load_map, read_drive, stages, words
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -62,6 +62,7 @@ def localise(
     from refseq_bench.scenarios.drives.evaluate import compare
 
     check_output(output, of=[map_file, query, *selection.chosen().files])
+    check_ending(output, ".parquet", "beliefs")
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = load_map(map_file)
     if trajectory is not None:

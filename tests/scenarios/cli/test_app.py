@@ -129,7 +129,7 @@ BAD_INPUT = [
     ("compare run.mcap run.mcap --first-view soon", "run.mcap: first view 'soon' is not in it; valid are 0 to "),
     ("compare run.mcap run.mcap --kidnap 0:1", "run.mcap: kidnap '0:1' is not in it; valid is FROM:TO"),
     ("compare run.mcap run.mcap --places 5", "run.mcap: views '5' is no stretch of it; valid is FROM:TO within 0:"),
-    ("compare run.mcap run.mcap -o new.txt", "new.txt: is no table's name; valid is a name that ends in .csv"),
+    ("compare run.mcap run.mcap -o new.txt", "new.txt: is no name of a table; valid is one that ends in .csv"),
     ("demo --world nowhere -o new", "unknown world 'nowhere'; known are annex, "),
     ("demo --query-light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),

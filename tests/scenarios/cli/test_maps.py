@@ -586,7 +586,7 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
         ("west.refseq east.refseq -o alike.txt", "alike.txt: is no picture's name"),
         (
             "west.refseq east.refseq --arrays alike.mat",
-            "alike.mat: is no name for arrays; valid is one that ends in .npz",
+            "alike.mat: is no name of arrays; valid is one that ends in .npz",
         ),
         ("west.refseq west.refseq", "path 'west' is there twice"),
     ],

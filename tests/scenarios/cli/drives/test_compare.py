@@ -33,7 +33,7 @@ def test_tables_are_printed_and_files_written(refseq: Refseq, tmp_path: Path, mo
 def test_a_table_of_another_kind_is_refused_at_once(refseq: Refseq) -> None:
     answer = refseq("compare", "none.log", "none.log", "-o", "figures.json")
     assert answer.code == 2
-    assert answer.err == "error: figures.json: is no table's name; valid is a name that ends in .csv\n"
+    assert answer.err == "error: figures.json: is no name of a table; valid is one that ends in .csv\n"
 
 
 def test_without_truth_methods_are_compared_by_what_needs_none(refseq: Refseq, tmp_path: Path) -> None:
