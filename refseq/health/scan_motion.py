@@ -169,7 +169,7 @@ def _ratio(fault: float, health: float) -> float:
 
 
 def _near(scan: Scan) -> float:
-    """How far a scan shows walls without gaps [m]."""
+    """Distance up to which a scan shows walls without gaps [m]."""
     return NEAR * math.sqrt(FINE / max(FINE, scan.step))
 
 

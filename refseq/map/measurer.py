@@ -1,4 +1,4 @@
-"""What every way of localising asks of a view: its words, under guard, then scan and keys at a few places."""
+"""Measuring a view, for every way of localising: its words, under guard, then scan and keys at a few places."""
 
 from collections.abc import Sequence
 

@@ -197,7 +197,7 @@ def _graphics() -> list[Check]:
 
 
 def _frames() -> list[Check]:
-    """What pictures cost here; a renderer that does not start is told of by its driver."""
+    """Cost of pictures here; a renderer that does not start is told of by its driver."""
     from refseq_bench.scenarios.world_survey.frame_rates import frame_rates
 
     return [

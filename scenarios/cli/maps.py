@@ -145,9 +145,8 @@ def merge(
             raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
     settings = OverlapSettings(least=min_overlap)
     files, before = (maps, []) if keep_joins else members.with_members(maps)
-    check_output(
-        output, write_decisions, page, of=files
-    )  # a map that was merged before may be replaced: its members stay
+    # A map that was merged before may be replaced: its members stay.
+    check_output(output, write_decisions, page, of=files)
     wishes = joins.read_decisions(decisions) if decisions else []
     check_agreeing(wishes)
     wishes = members.newest(wishes, before)

@@ -43,7 +43,7 @@ class DriveSelection:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """What ``odometry`` and ``truth`` name, files as well as topics."""
+        """Paths that ``odometry`` and ``truth`` name; where they name topics, of no file."""
         named = ",".join(filter(None, (self.odometry, self.truth)))
         return tuple(Path(name) for name in named.split(",") if name)
 
@@ -80,12 +80,12 @@ def stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
     return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
 
 
-def check_output(*paths: Path | None, of: Iterable[Path] = ()) -> None:
+def check_output(*paths: Path | None, of: Iterable[Path | None] = ()) -> None:
     """Tell before the work begins that a result could not be written, or would overwrite a file that it is made of.
 
-    None: none is asked for.
+    None: none is asked for, or none is there.
     """
-    sources = [one for one in of if one.exists()]
+    sources = [one for one in of if one is not None and one.exists()]
     for path in filter(None, paths):
         if path.exists() and (source := next((one for one in sources if one.samefile(path)), None)) is not None:
             raise ScenarioError(f"{path}: would overwrite {source}; valid is another name")

@@ -26,6 +26,7 @@ from refseq_bench.scenarios.log_tools.survey import (
     motion_origin,
     pictures_of,
     scan_of,
+    scans_of,
     survey,
     topic_of,
 )
@@ -152,7 +153,8 @@ def _sample_views(found: LogSurvey, plan: ViewPlan, left_out: Collection[str]) -
     topics = {topic.name: topic for topic in found.topics}
     sensors = {name: topics[topic] for topic, name in plan.findings.sensors.items() if name not in left_out}
     pictures = {name: pictures_of(topic, TIMED) for name, topic in sensors.items() if name != LASER}
-    scan = scan_of(sensors[LASER]) if LASER in sensors else None
+    seeing = (one for one in scans_of(sensors[LASER]) if one.returned.any()) if LASER in sensors else ()
+    scan = next(iter(seeing), None)
     count = min((len(found) for found in pictures.values()), default=TIMED if scan else 0)
     return [View(0.0, {name: found[k][1].decode() for name, found in pictures.items()}, scan) for k in range(count)]
 

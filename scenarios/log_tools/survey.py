@@ -131,6 +131,11 @@ def pictures_of(topic: TopicSurvey, count: int) -> tuple[tuple[float, LazyPictur
     return tuple((found[k][0], found[k][1]) for k in chosen)
 
 
+def scans_of(topic: TopicSurvey) -> list[Scan]:
+    """Scans among a laser's samples, spread over the log; none of a camera."""
+    return [one.content for one in topic.samples if isinstance(one.content, Scan)]
+
+
 def scan_of(topic: TopicSurvey) -> Scan | None:
     """A scan from the middle of the log."""
     found = topic.samples[len(topic.samples) // 2].content if topic.samples else None

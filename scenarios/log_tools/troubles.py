@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 from refseq.errors import LogError
 from refseq.logs.pairing.plan import ViewPlan
-from refseq.view import Scan
-from refseq_bench.scenarios.log_tools.survey import KEPT, LogSurvey, TopicSurvey, pictures_of
+from refseq_bench.scenarios.log_tools.survey import KEPT, LogSurvey, TopicSurvey, pictures_of, scans_of
 
 
 def troubles_of(found: LogSurvey, plan: ViewPlan | None) -> Mapping[str, str]:
-    """What is wrong with each sensor of the plan, by its name; sensors that are well are not named."""
+    """Trouble of each sensor of the plan, by its name; sensors that are well are not named."""
     topics = {topic.name: topic for topic in found.topics}
     sensors = plan.findings.sensors if plan else {}
     told = {name: _trouble(topics[topic], found.start) for topic, name in sensors.items()}
@@ -17,8 +16,7 @@ def troubles_of(found: LogSurvey, plan: ViewPlan | None) -> Mapping[str, str]:
 
 
 def _trouble(topic: TopicSurvey, start: float) -> str:
-    scans = [one.content for one in topic.samples if isinstance(one.content, Scan)]
-    if scans:
+    if scans := scans_of(topic):
         return "" if any(scan.returned.any() for scan in scans) else f"no beam came back in {len(scans)} scans"
     sizes = set()
     for time, picture in pictures_of(topic, KEPT):

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from refseq.logs.pairing.plan import ViewPlan
-from refseq.view import LASER, Scan
-from refseq_bench.scenarios.log_tools.survey import LogSurvey, motion_origin
+from refseq.view import LASER
+from refseq_bench.scenarios.log_tools.survey import LogSurvey, motion_origin, scans_of
 
 FASTEST = 30.0
 """No robot of this kind goes faster [m/s]."""
@@ -19,10 +19,9 @@ FARTHEST = 250.0
 def unit_doubts(found: LogSurvey, plan: ViewPlan) -> Iterator[str]:
     """A sentence for what is as long as nothing is."""
     yield from _of_speed(plan, found.start)
-    names = {topic: sensor for topic, sensor in plan.findings.sensors.items() if sensor == LASER}
     for topic in found.topics:
-        scans = [one.content for one in topic.samples if isinstance(one.content, Scan)] if topic.name in names else []
-        ranges = np.concatenate([scan.ranges[scan.returned] for scan in scans]) if scans else np.zeros(0)
+        scans = scans_of(topic) if plan.findings.sensors.get(topic.name) == LASER else []
+        ranges = np.concatenate([np.zeros(0), *(scan.ranges[scan.returned] for scan in scans)])
         if len(ranges) and (usual := float(np.median(ranges))) > FARTHEST:
             yield f"{topic.name}: half of its ranges are beyond {usual:.0f} m: are they in metres?"
 

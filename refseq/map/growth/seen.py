@@ -1,4 +1,4 @@
-"""How a map sees a whole drive: each view by itself, online and in hindsight."""
+"""A whole drive as a map sees it: each view by itself, online and in hindsight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -54,7 +54,7 @@ def view(
     only_one_of(output=output, layers=layers, connect=screen.connect, serve=screen.serve)
     from refseq_bench.scenarios.drives.viewer_content import read_content
 
-    check_output(output, of=[*files, *([reference] if reference else [])])
+    check_output(output, of=[*files, reference])
     if layers is not None:
         check_folder(layers)
     screen.check(output or layers)
