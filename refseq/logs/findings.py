@@ -1,6 +1,6 @@
 """Findings of reading a log: rates, gaps, clocks, offsets, and what was taken as what."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from refseq.logs.source import Channel
@@ -41,7 +41,8 @@ class Findings:
     empty where there is none; ``length`` [m] is the way by odometry. ``views`` counts the views before thinning,
     ``without_odometry`` the moments that were passed over because no odometry reaches them, ``without_truth`` the
     views that no true pose reaches, ``unpaired`` the samples of each sensor that no view took. ``notes`` are sentences
-    for the user on what was decided and what is wrong.
+    for the user on what was decided and what is wrong. ``damaged`` are the times of each sensor's pictures that cannot
+    be decoded [s]: their views are without them.
     """
 
     channels: Mapping[str, ChannelFindings] = field(default_factory=dict)
@@ -56,3 +57,12 @@ class Findings:
     without_truth: int = 0
     unpaired: Mapping[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    damaged: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    def losses(self) -> Iterator[str]:
+        """Sentences on the damaged pictures, one a sensor."""
+        for sensor, times in self.damaged.items():
+            if len(times) == 1:
+                yield f"{sensor}: the picture at {times[0]:.3f} s is damaged; its view does without"
+            elif times:
+                yield f"{sensor}: {len(times)} pictures are damaged, the first at {times[0]:.3f} s; views do without"

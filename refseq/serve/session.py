@@ -69,7 +69,8 @@ class RobotSession:
         self._channels: dict[int, RobotChannel] = {}
         self._stream: ViewStream | None = None
         self._notes: list[str] = []
-        self.views, self._odometry_told = 0, False
+        self._losses: set[str] = set()
+        self.views = 0
 
     def advertise(self, channels: Iterable[ClientChannel]) -> None:
         """Take note of channels; those of other kinds are told in a note, and what comes on them is passed over.
@@ -110,13 +111,17 @@ class RobotSession:
             self.restart()
             stream = self._stream = self._opened()
             views = stream.take(sample)
-        self._tell_of_odometry(stream)
+        self._tell_of_losses(stream)
         return [self._answer(view) for view in views]
 
-    def _tell_of_odometry(self, stream: ViewStream) -> None:
-        if stream.without_odometry and not self._odometry_told:
-            self._odometry_told = True
-            self._notes.append("views are left out: the odometry does not reach their times")
+    def _tell_of_losses(self, stream: ViewStream) -> None:
+        """Note what a drive's views are without, each once."""
+        losses = [f"topic {topic}: {reason}; views are without it" for topic, reason in stream.damaged.items()]
+        if stream.without_odometry:
+            losses.append("views are left out: the odometry does not reach their times")
+        new = [loss for loss in losses if loss not in self._losses]
+        self._losses.update(new)
+        self._notes += new
 
     def end(self) -> list[BeliefAnswer]:
         """Beliefs on the views of what is left."""
@@ -125,7 +130,8 @@ class RobotSession:
     def restart(self) -> None:
         """Forget the drive."""
         self._localiser.reset()
-        self._stream, self.views, self._odometry_told = None, 0, False
+        self._stream, self.views = None, 0
+        self._losses.clear()
 
     def told(self) -> list[str]:
         """Notes since the last call."""

@@ -98,6 +98,7 @@ def _of_offsets(findings: Findings, offsets: Mapping[str, ClockOffset | None]) -
 
 def _of_pairing(found: LogSurvey, findings: Findings) -> Iterator[str]:
     yield from findings.notes
+    yield from findings.losses()
     if findings.without_odometry:
         yield f"{times(findings.without_odometry, 'moment')} without odometry: no view"
     counts = {topic.name: topic.timing.count for topic in found.topics}

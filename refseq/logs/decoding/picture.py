@@ -4,6 +4,7 @@ import os
 import struct
 import tempfile
 import threading
+import zlib
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -84,8 +85,11 @@ class CompressedPicture:
         deep = self.data[:8] == PNG_MAGIC and self.data[24:26] == b"\x10\x00"
         return any(word in DEPTH_ENCODINGS for word in said) or (deep and "mono16" not in said)
 
-    def decode(self) -> NDArray[np.uint8]:
-        """Grey pixels. Raises ``LogError`` for what is no PNG or JPEG, is damaged, or declares too many pixels."""
+    def check(self) -> None:
+        """Raise ``LogError`` for what is no PNG or JPEG, declares too much, or is damaged by what its own sums tell.
+
+        No pixel is decoded. A JPEG has no sums, and of a damaged one enough is seen.
+        """
         PICTURE_BYTES.check(len(self.data), "an image has")
         width, height = declared_size(self.data)
         check_size(width, height)
@@ -93,11 +97,24 @@ class CompressedPicture:
             JPEG_PASSES.check(self.data.count(JPEG_PASS), "an image has")
         else:
             check_chunks(self.data)
+
+    def decode(self) -> NDArray[np.uint8]:
+        """Grey pixels. Raises ``LogError`` for what is no PNG or JPEG, is damaged, or declares too many pixels."""
+        self.check()
         with translating(lambda reason: LogError(f"an image cannot be decoded: {reason}")):
             image, told = _decoded(self.data)
-        if image is None or "libpng error: " in told:  # of a damaged JPEG, as cheap cameras send them, enough is seen
+        if image is None or "libpng error: " in told:  # a damaged JPEG, as cheap cameras send them, is an image
             raise LogError(f"an image cannot be decoded{_reason(told)}; valid are PNG and JPEG")
         return np.asarray(image, np.uint8)
+
+
+def damage(picture: CompressedPicture) -> str:
+    """The reason for which a picture cannot be decoded, as far as ``check`` tells; empty where it may be."""
+    try:
+        picture.check()
+    except LogError as error:
+        return str(error)
+    return ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,13 +191,19 @@ def declared_size(data: bytes) -> tuple[int, int]:
 
 
 def check_chunks(data: bytes) -> None:
-    """Raise ``LogError`` where a part of a PNG file declares more bytes than are left: OpenCV would allocate them."""
+    """Raise ``LogError`` where a part of a PNG file declares more bytes than are left, or is not what its sum tells.
+
+    OpenCV would allocate the former.
+    """
     at, kind = len(PNG_MAGIC), b""
     while at < len(data) and kind != b"IEND":
         declared, kind = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
         left = max(0, len(data) - at - CHUNK_FRAME)
         if declared > left:
             raise LogError(f"an image cannot be decoded: a part of it declares {declared} bytes, and {left} are left")
+        end = at + 8 + declared
+        if kind.isupper() and zlib.crc32(data[at + 4 : end]) != int.from_bytes(data[end : end + 4], "big"):
+            raise LogError(f"an image cannot be decoded: its part {kind.decode()} is damaged; valid are PNG and JPEG")
         at += CHUNK_FRAME + declared
 
 

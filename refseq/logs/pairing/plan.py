@@ -110,7 +110,8 @@ def plan_views(source: LogSource, options: PairingOptions | None = None) -> View
     choice = choose(found, asked)
     if not choice.sensors:
         raise LogError(f"{source.path}: {_nothing(source)}")
-    planned = schedule(found, choice, asked)
+    lost = {topic: found.stamps[topic].lost for topic in choice.sensors}
+    planned = schedule(found, choice, asked).without(lost)
     views = tuple(views_of(planned.data))
     return ViewPlan(source, _findings(found, choice, planned), views, planned.moments, choice.base, found.tree)
 
@@ -146,6 +147,7 @@ def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
         sum(one.truth is None for one in planned.data),
         {choice.sensors[topic]: len(found.stamps[topic].times) - count for topic, count in taken.items()},
         (*found.notes, *choice.notes),
+        {sensor: found.stamps[topic].lost_at() for topic, sensor in choice.sensors.items()},
     )
 
 

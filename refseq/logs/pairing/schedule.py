@@ -1,8 +1,9 @@
 """Moments of a log with the odometer's pose, the true pose and the behaviour at each."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,16 @@ class Schedule:
     leading: str = ""
     tolerance: float = 0.0
     without_odometry: int = 0
+
+    def without(self, lost: Mapping[str, Sequence[int]]) -> "Schedule":
+        """The schedule without some samples, topic → their numbers; a moment of which nothing else was seen is gone."""
+        samples = {
+            topic: np.where(np.isin(numbers, lost.get(topic, ())), NONE, numbers)
+            for topic, numbers in self.moments.samples.items()
+        }
+        seen = np.any([numbers != NONE for numbers in samples.values()], axis=0)
+        moments = replace(self.moments, samples=samples).chosen(seen)
+        return replace(self, moments=moments, data=tuple(compress(self.data, seen.tolist())))
 
 
 def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
+from refseq.logs.decoding.picture import CompressedPicture, damage
 from refseq.logs.pairing.moments import NONE, default_tolerance, paired, period, slowest
 from refseq.logs.pairing.schedule import MOST_REACH
 from refseq.logs.pairing.sensors import BASES, sensor_name
@@ -117,12 +118,14 @@ class ViewStream:
         self._before: Pose | None = None
         self._last, self._first, self._newest = -np.inf, np.inf, -np.inf
         self.moments = self.late = self.without_odometry = 0
+        self.damaged: dict[str, str] = {}
+        """Topics with pictures that cannot be decoded, and why the first one cannot."""
 
     def take(self, sample: Sample) -> list[View]:
         """Take the next sample; gives the views that are decided by it, their pictures decoded.
 
-        Raises ``ClockSetBackError`` where a new drive begins, and ``LogError`` for a picture that cannot be decoded and
-        where more samples wait than are kept.
+        Views are without damaged pictures, of which ``damaged`` tells. Raises ``ClockSetBackError`` where a new drive
+        begins, and ``LogError`` for a picture of no kind that is read and where more samples wait than are kept.
         """
         if not np.isfinite(sample.time):
             raise LogError(f"topic {sample.topic}: a stamp is {sample.time} s; valid is a finite number")
@@ -207,14 +210,25 @@ class ViewStream:
                 break
             self._last = time
             numbers = {topic: int(found[row]) for topic, found in moments.samples.items() if found[row] != NONE}
-            chosen = [self._window.samples[topic][number] for topic, number in numbers.items()]
-            view = self._placed(time, pace)
+            chosen = self._whole(self._window.samples[topic][number] for topic, number in numbers.items())
+            view = self._placed(time, pace) if chosen else None
             if view is not None:
                 self.moments += 1
                 kept = self._thinner.take(view)
                 if kept is not None:
                     yield self._filled(kept, chosen)
         self._window.forget(self._last - max(pace.tolerance, pace.patience))
+
+    def _whole(self, samples: Iterable[Sample]) -> list[Sample]:
+        """The samples but for damaged pictures, of which it is noted."""
+        whole = []
+        for sample in samples:
+            reason = damage(sample.content) if isinstance(sample.content, CompressedPicture) else ""
+            if reason:
+                self.damaged.setdefault(sample.topic, reason)
+            else:
+                whole.append(sample)
+        return whole
 
     def _decided(self, time: float, stamps: Mapping[str, NDArray[np.float64]], pace: _Pace) -> bool:
         """Tell whether no sample to come could change a moment.

@@ -1,12 +1,13 @@
 """First pass over a log: stamps of all sensors, odometry, truth and transforms; no picture is decoded."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from refseq.errors import LogError
+from refseq.logs.decoding.picture import CompressedPicture, damage
 from refseq.logs.findings import ChannelFindings
 from refseq.logs.source import Channel, LogSource, Role, Sample
 from refseq.logs.trajectory import Trajectory
@@ -33,6 +34,17 @@ class TopicStamps:
     child: str = ""
     depth: str = ""
     """Encoding of the pictures if they are distances."""
+    damaged: list[int] = field(default_factory=list)
+    """Numbers of the pictures that cannot be decoded, as far as that is told without decoding."""
+
+    @property
+    def lost(self) -> Sequence[int]:
+        """The damaged pictures of a topic that has others: one that has none is not damaged, it is not read."""
+        return self.damaged if len(self.damaged) < len(self.times) else ()
+
+    def lost_at(self) -> tuple[float, ...]:
+        """Times of the damaged pictures [s]."""
+        return tuple(self.times[number] for number in self.lost)
 
     def findings(self) -> ChannelFindings:
         """Rate, gaps and the like."""
@@ -157,3 +169,6 @@ def _take(found: Survey, role: Role, sample: Sample, time: float) -> None:
             found.behaviours.append(told)
         case Role.CAMERA, content if getattr(content, "is_depth", False):
             found.stamps[sample.topic].depth = str(getattr(content, "encoding", ""))
+        case Role.CAMERA, CompressedPicture() as picture if damage(picture):
+            stamps = found.stamps[sample.topic]
+            stamps.damaged.append(len(stamps.times) - 1)

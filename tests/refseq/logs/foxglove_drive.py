@@ -28,13 +28,17 @@ TOPICS = {
 
 @dataclass(frozen=True)
 class FoxgloveSetup:
-    """Form of the log: ``raw`` is an encoding of RawImage, ``tf`` gives odometry and truth as transforms."""
+    """Form of the log: ``raw`` is an encoding of RawImage, ``tf`` gives odometry and truth as transforms.
+
+    Pictures between the times of ``cut``, in seconds from the start, end in the middle.
+    """
 
     raw: str | None = None
     tf: bool = False
     odometry: bool = True
     truth: bool = True
     stamped: bool = True
+    cut: tuple[float, float] = (math.inf, math.inf)
 
 
 def ns(time: float) -> int:
@@ -70,7 +74,8 @@ def _messages(drive: RobotDrive, moment: Moment, setup: FoxgloveSetup) -> list[t
     topic = TOPICS[moment.sense]
     match moment.sense:
         case Sense.PICTURE:
-            return [(topic, _picture(drive.picture(moment.time), stamp, setup.raw))]
+            cut = setup.cut[0] < moment.time - drive.start < setup.cut[1]
+            return [(topic, _picture(drive.picture(moment.time), stamp, setup.raw, cut=cut))]
         case Sense.SCAN:
             ranges = drive.ranges(moment.time, BEARINGS).astype(float).tolist()
             scan = messages.LaserScan(
@@ -91,9 +96,10 @@ def _messages(drive: RobotDrive, moment: Moment, setup: FoxgloveSetup) -> list[t
     return []
 
 
-def _picture(image: np.ndarray[Any, Any], stamp: messages.Timestamp, raw: str | None) -> Any:
+def _picture(image: np.ndarray[Any, Any], stamp: messages.Timestamp, raw: str | None, *, cut: bool) -> Any:
     if raw is None:
         data = cv2.imencode(".png", image)[1].tobytes()
+        data = data[: len(data) // 2] if cut else data
         return messages.CompressedImage(timestamp=stamp, frame_id="camera", data=data, format="png")
     height, width = image.shape
     return messages.RawImage(

@@ -41,6 +41,7 @@ def told(
         "unpaired": {"laser": left},
         "without_odometry": 0,
         "notes": (),
+        "losses": list,
     }
     plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings), views=views)
     return list(warnings_of(found, plan, {"laser": offset, "camera": None}))

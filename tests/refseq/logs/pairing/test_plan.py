@@ -250,3 +250,22 @@ def test_dead_reckoning_by_the_views_follows_the_odometer(log: Path) -> None:
     for view in views[1:]:
         pose = after_motion(pose, view.distance, view.turn)
     assert motion_between(pose, DRIVE.odometry(views[-1].time)) == pytest.approx((0, 0), abs=0.05)
+
+
+def test_views_are_without_damaged_pictures_and_it_is_told(log: Path, tmp_path: Path) -> None:
+    whole = plan_views(open_log(log))
+    plan = plan_views(open_log(write_foxglove(tmp_path / "hurt.mcap", DRIVE, FoxgloveSetup(cut=(3.0, 4.0)))))
+    hurt = plan.findings.damaged["cam0"]
+    assert len(hurt) == pytest.approx(10, abs=1)
+    assert [view.time for view in plan.read() if "cam0" not in view.images] == list(hurt)
+    assert list(plan.findings.losses()) == [
+        f"cam0: {len(hurt)} pictures are damaged, the first at {hurt[0]:.3f} s; views do without"
+    ]
+    assert [view.time for view in plan.views] == [view.time for view in whole.views]
+
+
+def test_a_camera_of_which_no_picture_is_whole_is_refused(tmp_path: Path) -> None:
+    path = write_foxglove(tmp_path / "hurt.mcap", replace(DRIVE, seconds=2.0), FoxgloveSetup(cut=(-9.0, 9.0)))
+    views = read_recording(path).views
+    with pytest.raises(LogError, match=r"topic /cam0/\S+: an image cannot be decoded"):
+        dict(views[3].images)

@@ -1,7 +1,7 @@
 """Views of a stream against those of a log of the same samples."""
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +80,23 @@ def drive(seed: int, seconds: float, jitter: float = 0.0, late: float = 0.0) -> 
     return sorted(samples, key=lambda one: one.time + delays[one.topic])
 
 
+def with_damage(samples: Sequence[Sample], share: float, seed: int) -> list[Sample]:
+    """The samples, a share of the pictures with a byte of their pixels changed."""
+    rng = np.random.default_rng(seed)
+    return [
+        replace(one, content=damaged(one.content))
+        if isinstance(one.content, CompressedPicture) and rng.random() < share
+        else one
+        for one in samples
+    ]
+
+
+def damaged(picture: CompressedPicture) -> CompressedPicture:
+    data = bytearray(picture.data)
+    data[picture.data.index(b"IDAT") + 6] ^= 0xFF
+    return replace(picture, data=bytes(data))
+
+
 def streamed(samples: Sequence[Sample], distance: float, **options: Any) -> list[View]:
     stream = ViewStream(TOPICS, distance, **options)
     views = [view for one in samples for view in stream.take(one)]
@@ -93,9 +110,17 @@ def shown(view: View) -> tuple[object, ...]:
 
 
 @settings(max_examples=12)
-@given(st.integers(0, 10_000), st.sampled_from([0.0, 0.3]), st.sampled_from([0.0, 0.4]), st.sampled_from([0.0, 0.25]))
-def test_a_stream_gives_the_views_of_a_log(seed: int, jitter: float, late: float, distance: float) -> None:
-    samples = drive(seed, 3.0, jitter, late)
+@given(
+    st.integers(0, 10_000),
+    st.sampled_from([0.0, 0.3]),
+    st.sampled_from([0.0, 0.4]),
+    st.sampled_from([0.0, 0.25]),
+    st.sampled_from([0.0, 0.4]),
+)
+def test_a_stream_gives_the_views_of_a_log(
+    seed: int, jitter: float, late: float, distance: float, damage: float
+) -> None:
+    samples = with_damage(drive(seed, 3.0, jitter, late), damage, seed)
     plan = plan_views(MadeSource(samples), PairingOptions(tolerance=0.04, leading="cam0"))
     logged = list((plan.thinned(distance) if distance else plan).read())
     views = streamed(samples, distance, leading="cam0", tolerance=0.04)
@@ -126,6 +151,20 @@ def test_a_camera_that_dies_is_waited_for_no_longer_than_a_second() -> None:
     assert max(now - view.time for now, view in given) < 1.2
     assert all("cam1" not in view.images for _, view in given if view.time > 3.1)
     assert len([view for _, view in given if view.time > 3.1]) > 30
+
+
+def test_a_moment_of_which_nothing_else_was_seen_than_a_damaged_picture_is_no_view() -> None:
+    cameras = StreamTopics({"/cam0/image_raw": "cam0"}, "/odom")
+    samples = [one for one in drive(4, 3.0) if one.topic in ("/cam0/image_raw", "/odom")]
+    whole = ViewStream(cameras, 0.0)
+    views = [view for one in samples for view in whole.take(one)] + whole.end()
+    hurt = ViewStream(cameras, 0.0)
+    found = [view for one in with_damage(samples, 0.4, 4) for view in hurt.take(one)] + hurt.end()
+    assert 8 < len(found) < len(views) - 4
+    assert list(hurt.damaged) == ["/cam0/image_raw"]
+    assert {view.time for view in found} < {view.time for view in views}
+    assert sum(view.distance for view in found) <= sum(view.distance for view in views)
+    assert all(view.images for view in found)
 
 
 def test_without_odometry_every_moment_is_a_view() -> None:
@@ -215,13 +254,14 @@ def test_samples_of_a_topic_in_a_wrong_order_are_put_in_theirs() -> None:
     assert list(map(shown, streamed(swapped, 0.0)))[5:] == list(map(shown, streamed(samples, 0.0)))[5:]
 
 
-def test_a_picture_that_is_broken_is_told_with_its_topic() -> None:
-    broken = [
-        sample(one.topic, one.time, CompressedPicture(b"no picture", "png")) if one.topic == "/cam1/image_raw" else one
-        for one in drive(9, 3.0)
-    ]
-    with pytest.raises(LogError, match=r"^topic /cam1/image_raw: "):
-        streamed(broken, 0.0)
+def test_a_camera_whose_pictures_are_broken_is_told_and_others_are_used() -> None:
+    stream, views = ViewStream(TOPICS, 0.0), []
+    for one in drive(9, 3.0):
+        broken = replace(one, content=CompressedPicture(b"no picture", "png")) if "cam1" in one.topic else one
+        views += stream.take(broken)
+    assert stream.damaged == {"/cam1/image_raw": "an image cannot be decoded; valid are PNG and JPEG"}
+    assert {camera for view in views for camera in view.images} == {"cam0"}
+    assert len(views) > 20
 
 
 def test_a_laser_is_turned_as_it_hangs() -> None:
