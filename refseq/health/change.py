@@ -57,9 +57,9 @@ class ChangeTest:
         self.score = -math.inf
 
 
-def bounded(ratio: float, most: float = MOST) -> float:
-    """A log-likelihood ratio within ±``most``."""
-    return max(-most, min(most, ratio))
+def bounded(ratio: float) -> float:
+    """A log-likelihood ratio within ±``MOST``."""
+    return max(-MOST, min(MOST, ratio))
 
 
 def gaussian(value: float, fault: tuple[float, float], health: tuple[float, float]) -> float:

@@ -21,12 +21,12 @@ BATCH = rr.ChunkBatcherConfig(flush_tick=3600.0, flush_num_bytes=1 << 20)
 """Rows go out when a megabyte of them is there, not with the clock: the same drive makes the same chunks."""
 
 
-def new_stream(recording: str, batches: rr.ChunkBatcherConfig = BATCH) -> rr.RecordingStream:
+def new_stream(recording: str) -> rr.RecordingStream:
     """A stream of one recording; streams with the same ``recording`` are layers that the viewer puts together.
 
     Nothing of the machine or the hour is in it: neither when it was written, nor a random number.
     """
-    return new_stream_of(rr.RecordingStream, recording, batches)
+    return new_stream_of(rr.RecordingStream, recording, BATCH)
 
 
 def new_stream_of(kind: type[Stream], recording: str, batches: rr.ChunkBatcherConfig) -> Stream:

@@ -20,7 +20,7 @@ from refseq.logs.pairing.survey import Survey, survey
 from refseq.logs.recording import Recording, views_of
 from refseq.logs.scans import mounted
 from refseq.logs.source import LogSource
-from refseq.logs.thin import OdometryNoise, chosen, thinned, with_odometry_noise
+from refseq.logs.thin import chosen, thinned, with_odometry_noise
 from refseq.logs.transforms import TransformTree
 from refseq.view import LASER, Scan, View
 
@@ -50,9 +50,9 @@ class ViewPlan:
         """The plan of some of the views, by their indices; the first one's motion stays as it was."""
         return self._of(np.arange(len(self.views))[wanted], self.views[wanted])
 
-    def with_noise(self, rng: np.random.Generator, noise: OdometryNoise | None = None) -> "ViewPlan":
+    def with_noise(self, rng: np.random.Generator) -> "ViewPlan":
         """The plan with noise on the motion of its views."""
-        return replace(self, views=with_odometry_noise(self.views, rng, noise))
+        return replace(self, views=with_odometry_noise(self.views, rng))
 
     def thinned(self, distance: float, turn: float = np.inf) -> "ViewPlan":
         """The plan of a view whenever ``distance`` [m] or ``turn`` [rad] has been added up.

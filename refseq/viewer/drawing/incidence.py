@@ -51,15 +51,15 @@ def bands(matrix: IncidenceMatrix) -> list[Band]:
     ]
 
 
-def incidence_picture(matrix: IncidenceMatrix, width: int = WIDTH) -> NDArray[np.uint8]:
-    """The matrix, (``HEIGHT``, ``width``, 3).
+def incidence_picture(matrix: IncidenceMatrix) -> NDArray[np.uint8]:
+    """The matrix, (``HEIGHT``, ``WIDTH``, 3).
 
     Where several features or places fall on one pixel its brightness tells which share of them is there, by its root.
     Where one covers several pixels it is drawn as large.
     """
-    drawn = np.zeros((HEIGHT, width, 3), np.uint8)
+    drawn = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     for band in bands(matrix):
-        shares = _shares(matrix, matrix.blocks[band.key], (band.bottom - band.top, width))
+        shares = _shares(matrix, matrix.blocks[band.key], (band.bottom - band.top, WIDTH))
         light = np.where(shares > 0, FAINT + (1 - FAINT) * np.sqrt(shares), 0.0)
         drawn[band.top : band.bottom] = light[..., None] * np.array(band.colour)
     return drawn

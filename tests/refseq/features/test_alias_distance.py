@@ -59,7 +59,7 @@ def test_the_distance_keeps_its_promise_on_another_drive() -> None:
     chosen = [choose_alias_distance(corridor(1), precision) for precision in (0.99, 0.9, 0.7)]
     assert chosen == sorted(chosen)
     assert all(212 < distance < 380 for distance in chosen)
-    same, other = distances_of_things(corridor(2), ratio=0.8)
+    same, other = distances_of_things(corridor(2))
     for distance, precision in zip(chosen, (0.99, 0.9, 0.7), strict=True):
         right, wrong = np.sum(same <= distance), np.sum(other <= distance)
         assert right / (right + wrong) == pytest.approx(precision, abs=0.03)
@@ -67,7 +67,7 @@ def test_the_distance_keeps_its_promise_on_another_drive() -> None:
 
 def test_what_passes_the_ratio_test_is_the_same_thing() -> None:
     """Each of 29 pairs of views shares 20 of 40 things; now and then a thing's like stands in for it."""
-    same, other = distances_of_things(corridor(3), ratio=0.8)
+    same, other = distances_of_things(corridor(3))
     assert len(other) == len(same)
     assert 0.95 * 29 * 20 < np.sum(same < 250) <= 29 * 20
     assert np.mean(same < 250) > 0.85
@@ -82,6 +82,6 @@ def test_a_drive_that_shows_nothing_twice_is_an_error(views: list[np.ndarray]) -
 
 def test_long_drives_are_sampled() -> None:
     views = corridor(4, count=260, each=12)
-    same, _ = distances_of_things(views, ratio=0.8)
+    same, _ = distances_of_things(views)
     assert len(same) < 100 * 12
     assert choose_alias_distance(views) == pytest.approx(choose_alias_distance(views[:80]), abs=25)
