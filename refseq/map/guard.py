@@ -9,6 +9,7 @@ from refseq.errors import ViewError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.features.sift import SiftKeys, SiftWords
 from refseq.health.monitor import HealthMonitor, usable_view
+from refseq.health.noise import picture_noise
 from refseq.health.standing import Motion, Step
 from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
@@ -75,7 +76,8 @@ class SensorGuard:
 
     def _match(self, view: View, step: Step) -> list[Measurement]:
         """Compare a view that came so after the last one that counted."""
-        measured = self._matcher.match(view)
+        noise = {camera: picture_noise(view.images[camera]) for camera in self._cameras & frozenset(view.images)}
+        measured = [replace(one, noise=noise) for one in self._matcher.match(view)]
         if step.motion is Motion.OPEN:
             return [replace(one, distance=math.nan, turn=math.nan) for one in measured]
         if not self._stands_once:

@@ -6,8 +6,8 @@ from refseq.belief import Belief, Stage, stage_named
 from refseq.intake import each_view
 from refseq.map.map import Map
 from refseq.map.measurer import Measurer
+from refseq.map.stage_answers import StageAnswers
 from refseq.map.tracking.hindsight import Hindsight
-from refseq.map.tracking.trackers import tracker_for
 from refseq.view import View
 
 
@@ -27,22 +27,17 @@ class Localiser:
         self, map_: Map, *, stage: Stage = Stage.CHAIN, sensors: Sequence[str] | None = None, seed: int = 0
     ) -> None:
         self._measurer = Measurer(map_, sensors=sensors, seed=seed)
-        self._stage = stage_named(stage)
-        self._tracker = tracker_for(self._stage, map_)
-        self._last: Belief | None = None
+        self._answers = StageAnswers(map_, stage_named(stage))
 
     def reset(self) -> None:
         """Forget all views seen."""
         self._measurer.reset()
-        self._tracker.reset()
-        self._last = None
+        self._answers.reset()
 
     def update(self, view: View) -> Belief:
         """Take the next view and answer from the views up to it."""
         self._measurer.take(view)
-        belief = self._measurer.told(self._tracker.update(self._measurer.after(self._last)))
-        self._last = _prior(self._stage, belief)
-        return belief
+        return self._answers.update(self._measurer)
 
 
 class StagedLocaliser:
@@ -57,23 +52,12 @@ class StagedLocaliser:
         seed: int = 0,
     ) -> None:
         self._measurer = Measurer(map_, sensors=sensors, seed=seed)
-        self._trackers = {stage: tracker_for(stage, map_) for stage in map(stage_named, stages)}
-        self._last: dict[Stage, Belief | None] = dict.fromkeys(self._trackers)
+        self._answers = {stage: StageAnswers(map_, stage) for stage in map(stage_named, stages)}
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""
         self._measurer.take(view)
-        told = {
-            stage: self._measurer.told(tracker.update(self._measurer.after(self._last[stage])))
-            for stage, tracker in self._trackers.items()
-        }
-        self._last = {stage: _prior(stage, belief) for stage, belief in told.items()}
-        return told
-
-
-def _prior(stage: Stage, belief: Belief) -> Belief | None:
-    """A belief as it leads to the places of the next view; None for single views, which know of none before."""
-    return None if stage is Stage.UNIFORM else belief
+        return {stage: answers.update(self._measurer) for stage, answers in self._answers.items()}
 
 
 def localise(
@@ -102,11 +86,9 @@ def smoothed(map_: Map, views: Iterable[View], *, seed: int = 0) -> list[Belief]
     They are not what a robot could have known on its way, and are scored apart; ``Hindsight`` tells how, and what it
     raises. As on the way, scans and keys are asked at the places that the views before name.
     """
-    measurer, tracker, hindsight = Measurer(map_, seed=seed), tracker_for(Stage.CHAIN, map_), Hindsight(map_)
-    last: Belief | None = None
+    measurer, answers, hindsight = Measurer(map_, seed=seed), StageAnswers(map_, Stage.CHAIN), Hindsight(map_)
     for view in each_view(views):
         measurer.take(view)
-        measured = measurer.after(last)
-        last = tracker.update(measured)
-        hindsight.take(measured)
+        answers.update(measurer)
+        hindsight.take(answers.measured)
     return hindsight.beliefs()

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import Any
 
@@ -32,7 +32,9 @@ class Measurement:
     what matching cost. ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None``
     where the matching does not tell; the likelihood is then the same but for a factor. ``log_average`` is the
     log-likelihood of the average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture
-    alone. With ``again`` the robot has stood since the last view, and this one shows the same once more.
+    alone. With ``again`` the robot has stood since the last view, and this one shows the same once more. ``by_block``
+    and ``power`` are those of the words' ``Evidence``; ``noise`` is that of the view's pictures by camera [grey
+    levels].
     """
 
     likelihood: NDArray[np.float64]
@@ -42,6 +44,9 @@ class Measurement:
     log_average: float = -math.inf
     again: bool = False
     turn: float = math.nan
+    by_block: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    power: float = 1.0
+    noise: Mapping[str, float] = field(default_factory=dict)
 
 
 class Matcher:
@@ -93,16 +98,16 @@ def compare(
     ``seed`` starts the mixture's random components; ``spent`` is what finding the features took.
     """
     start = time.perf_counter()
-    log_ratio, log_average = None, -math.inf
     if sequence.profile.method.matching is Matching.LOG_RATIO:
-        log_ratio = sequence.log_ratios(seen)
-        likelihood = softmax(log_ratio)
+        found = sequence.evidence(seen)
+        measured = Measurement(
+            softmax(found.log_ratios), distance, spent, found.log_ratios, by_block=found.by_block, power=found.power
+        )
     else:
         rows = [sequence.matrix.blocks[key].start + ids for key, ids in seen.items()]
         match = sequence.match(np.concatenate([*rows, np.zeros(0, np.intp)]), seed)
-        likelihood, log_average = match.likelihood, match.log_average
-    timings = Timings(spent.features, spent.matching, mixture=time.perf_counter() - start)
-    return Measurement(likelihood, distance, timings, log_ratio, log_average)
+        measured = Measurement(match.likelihood, distance, spent, log_average=match.log_average)
+    return replace(measured, timings=replace(spent, mixture=time.perf_counter() - start))
 
 
 def wanted_of(map_: Map, sensors: Sequence[str] | None) -> frozenset[str]:

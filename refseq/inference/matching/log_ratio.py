@@ -37,6 +37,8 @@ class LogRatioSettings:
     words of a laser tell the corridor rather than the place. ``geometry`` is the same of a view's keys, which a map
     that is learnt with it holds for each place: each takes 0.3 ms a camera. ``turns`` is how much of the way behind the
     robot the chain compares with the ways to the places (``refseq.inference.chain.turns_behind``) [m]; 0: none.
+    ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they brought
+    there (``refseq.map.tracking.usual``): a view that brings less speaks against a place; 0: none.
     """
 
     blind: float = 0.2
@@ -47,6 +49,7 @@ class LogRatioSettings:
     scans_alone: int = 0
     geometry: int = 0
     turns: float = 0.0
+    usual: int = 0
 
     def __post_init__(self) -> None:
         """Raise ``ValueError`` for a ``blind`` that is no such chance."""
@@ -128,6 +131,17 @@ def log_calibrated(p: NDArray[np.float64]) -> NDArray[np.float64]:
     return calibrated
 
 
+class Evidence(NamedTuple):
+    """A view at K places: ``log_ratios`` (K,) of each to elsewhere, and ``by_block`` (K,) those of each block alone.
+
+    The former are the sum of the latter times ``power``, of a view that may tell nothing (``unless_blind``).
+    """
+
+    log_ratios: NDArray[np.float64]
+    by_block: Mapping[str, NDArray[np.float64]]
+    power: float
+
+
 class LogRatioModel:
     """Ratios by a reference sequence's features, block by block."""
 
@@ -149,15 +163,20 @@ class LogRatioModel:
             self._elsewhere[key] = calibration.log_ratios(scores).astype(np.float32)
 
     def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
-        """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block.
+        """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block."""
+        return self.evidence(observed).log_ratios
+
+    def evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> Evidence:
+        """Log-likelihood ratios of each place to elsewhere; ``observed`` has the ids seen by block.
 
         Blocks are multiplied, and the product taken to their ``power``. One that is not observed, its sensor being
         away, says nothing, and neither does one that is the same at all places. The weighted mean of their ratio and of
         1, what a view brings that may be of any place, is a ratio too: no place falls below ``blind``.
         """
         blocks = self.by_block(observed)
-        total: NDArray[np.float64] = self.power(blocks) * sum(blocks.values(), np.zeros(self._K))
-        return unless_blind(total, self._blind)
+        power = self.power(blocks)
+        total: NDArray[np.float64] = power * sum(blocks.values(), np.zeros(self._K))
+        return Evidence(unless_blind(total, self._blind), blocks, power)
 
     def by_block(self, observed: Mapping[str, NDArray[np.intp]]) -> dict[str, NDArray[np.float64]]:
         """Log-likelihood ratios of each block for itself, (K,) each, but for those that say nothing."""

@@ -86,6 +86,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "scans_alone": (0, 1000),
             "geometry": (0, 1000),
             "turns": LENGTH,
+            "usual": (0, 10_000),
         },
         "motion": {"slack": LENGTH, "drift": (0.0, 100.0), "tail": SHARE, "regularisation": SHARE},
         "chain": {

@@ -4,7 +4,7 @@ The name is that of W. Churchill and P. Newman, "Experience-based navigation for
 Journal of Robotics Research 32, 2013, where a place is likewise stored again only where it was not found.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.log_ratio import LogRatioModel, LogRatioSettings
+from refseq.inference.matching.log_ratio import Evidence, LogRatioModel, LogRatioSettings
 
 FIRST = -1
 """Stands for what a place showed when it was learnt, where an experience is named by its number."""
@@ -86,19 +86,28 @@ class LayeredRatios:
             self._numbers.append(numbers)
         self._own = np.array([np.ones(matrix.K, np.bool_), *(numbers != FIRST for numbers in self._numbers[1:])])
 
-    def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
-        """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block."""
-        ratios: NDArray[np.float64] = logsumexp(self._layers(observed), axis=0) - np.log(self._own.sum(axis=0))
-        return ratios
+    def evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> Evidence:
+        """Log-likelihood ratios of each place to elsewhere; ``observed`` has the ids seen by block."""
+        layers = [model.evidence(observed) for model in self._models]
+        by_block = {
+            key: self._mean([layer.by_block.get(key, ratios) for layer in layers])
+            for key, ratios in layers[0].by_block.items()
+        }
+        return Evidence(self._mean([layer.log_ratios for layer in layers]), by_block, layers[0].power)
 
     def best(self, observed: Mapping[str, NDArray[np.intp]], place: int) -> int:
         """Number of the experience of a place that knows a view best, ``FIRST`` for what was learnt first."""
-        return int(self._numbers[int(np.argmax(self._layers(observed)[:, place]))][place])
+        ratios = self._of_its_own([model.log_ratios(observed) for model in self._models])
+        return int(self._numbers[int(np.argmax(ratios[:, place]))][place])
 
-    def _layers(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
+    def _mean(self, layers: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Logarithm of the mean over each place's experiences, (K,), of log ratios in every layer."""
+        mean: NDArray[np.float64] = logsumexp(self._of_its_own(layers), axis=0) - np.log(self._own.sum(axis=0))
+        return mean
+
+    def _of_its_own(self, layers: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Ratios in each layer, (1 + layers, K), −inf where a place has no experience of its own there."""
-        ratios = np.array([model.log_ratios(observed) for model in self._models])
-        return np.where(self._own, ratios, -np.inf)
+        return np.where(self._own, np.array(layers), -np.inf)
 
 
 def showing(matrix: IncidenceMatrix, experiences: Experiences, numbers: NDArray[np.intp]) -> IncidenceMatrix:

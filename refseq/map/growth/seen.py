@@ -12,9 +12,9 @@ from refseq.fault import DeclaredFault
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
+from refseq.map.stage_answers import StageAnswers
 from refseq.map.tracking.hindsight import Hindsight
 from refseq.map.tracking.stages import log_mean
-from refseq.map.tracking.trackers import tracker_for
 from refseq.view import View
 
 
@@ -33,14 +33,13 @@ class SeenView:
 
 def seen_drive(map_: Map, views: Sequence[View], seed: int = 0) -> list[SeenView]:
     """Localise a drive, each view alone, online and in hindsight; the map's matching has to be by log ratios."""
-    measurer, tracker, hindsight = Measurer(map_, seed=seed), tracker_for(Stage.CHAIN, map_), Hindsight(map_)
+    measurer, answers, hindsight = Measurer(map_, seed=seed), StageAnswers(map_, Stage.CHAIN), Hindsight(map_)
     alone, online = [], list[Belief]()
     for view in views:
         measurer.take(view)
         alone.append(_alone(measurer.after(None), map_.profile.chain.lost_at_start))
-        measured = measurer.after(online[-1] if online else None)
-        online.append(measurer.told(tracker.update(measured)))
-        hindsight.take(measured)
+        online.append(answers.update(measurer))
+        hindsight.take(answers.measured)
     return [
         SeenView(one, _on_map(belief), _on_map(after), belief.faults)
         for one, belief, after in zip(alone, online, hindsight.beliefs(), strict=True)

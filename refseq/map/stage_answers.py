@@ -1,0 +1,41 @@
+"""Answers of one stage: each view measured after the last answer, weighed, and tracked."""
+
+from collections.abc import Sequence
+
+from refseq.belief import Belief, Stage
+from refseq.map.map import Map
+from refseq.map.matcher import Measurement
+from refseq.map.measurer import Measurer
+from refseq.map.tracking.trackers import tracker_for
+from refseq.map.tracking.usual import UsualEvidence
+
+
+class StageAnswers:
+    """The beliefs of one stage on the views that a measurer takes; ``measured`` is the last view as it was weighed.
+
+    Only the chain, which knows when it is lost, weighs a view by what others of the drive brought (``UsualEvidence``).
+    """
+
+    def __init__(self, map_: Map, stage: Stage) -> None:
+        self._stage, self._tracker = stage, tracker_for(stage, map_)
+        self._usual = UsualEvidence(map_) if stage is Stage.CHAIN else None
+        self._last: Belief | None = None
+        self.measured: Sequence[Measurement] = ()
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._tracker.reset()
+        if self._usual is not None:
+            self._usual.reset()
+        self._last, self.measured = None, ()
+
+    def update(self, measurer: Measurer) -> Belief:
+        """The belief on the view that the measurer took last."""
+        measured = measurer.after(self._last)
+        self.measured = measured if self._usual is None else self._usual.weighed(measured)
+        belief = measurer.told(self._tracker.update(self.measured))
+        if self._usual is not None:
+            self._usual.told(measured, belief)
+        if self._stage is not Stage.UNIFORM:  # single views know of none before
+            self._last = belief
+        return belief

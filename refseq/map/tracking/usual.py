@@ -1,0 +1,104 @@
+"""What the views of a drive usually bring at their places; one that brings less speaks against a place.
+
+The log ratios of ``best`` are calibrated by what views bring at places that are not theirs. How much one brings at the
+place that is its own is not asked: in another light than the map's nobody knows it beforehand. The drive itself tells
+it. Where the chain is sure of a view's place, what each block brought there is remembered. Of a later view, at each
+place, the share p of them that brought as little is a p-value against the place, and becomes a ratio by the calibrator
+that the others have (``refseq.inference.matching.log_ratio``). It only ever takes away: places that are not the robot's
+bring no more than before.
+
+A picture is compared with those of no less noise: a lamp that goes out is no way off the path.
+"""
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import softmax
+
+from refseq.belief import Belief
+from refseq.inference.matching.log_ratio import log_calibrated, unless_blind
+from refseq.map.map import Map
+from refseq.map.matcher import Measurement
+
+SURE_LOST, SURE_NEAR = 0.01, 0.9
+"""The chain is sure of a place with no more chance of being lost, and as much that it is this place or the next."""
+ALIKE = 1.25
+"""Noise that differs by no more than this factor is the same."""
+
+
+class _Usual(NamedTuple):
+    """What one view of the drive brought at its place, by block, and the noise of its pictures by camera."""
+
+    brought: Mapping[str, float]
+    noise: Mapping[str, float]
+
+
+class UsualEvidence:
+    """Weighs the views of a drive by what those before brought: ask, then tell what was believed of the view.
+
+    ``log_ratio.usual`` of the map's profile is how many of them are remembered.
+    """
+
+    def __init__(self, map_: Map) -> None:
+        self._first, settings = map_.first, map_.profile.log_ratio
+        self._blind = settings.blind
+        self._usual: deque[_Usual] = deque(maxlen=int(settings.usual))
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._usual.clear()
+
+    def weighed(self, measured: Sequence[Measurement]) -> list[Measurement]:
+        """A view's measurements in every sequence, with what speaks against each place."""
+        return [self._weighed(one) for one in measured]
+
+    def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
+        """Remember what a view brought at its place, where the belief is sure of it."""
+        if measured[0].again or not self._usual.maxlen or belief.lost > SURE_LOST:
+            return
+        best = int(np.argmax(belief.places))
+        number = int(np.searchsorted(self._first, best, side="right")) - 1
+        low, high = self._first[number], self._first[number + 1]
+        if belief.places[max(low, best - 1) : min(high, best + 2)].sum() < SURE_NEAR:
+            return
+        one = measured[number]
+        brought = {key: float(ratios[best - low]) for key, ratios in one.by_block.items()}
+        self._usual.append(_Usual(brought, one.noise))
+
+    def _weighed(self, measured: Measurement) -> Measurement:
+        if measured.log_ratio is None or not self._usual:
+            return measured
+        words = measured.power * sum(measured.by_block.values(), np.zeros(len(measured.log_ratio)))
+        fewer = words - measured.power * self._against(measured)
+        change = unless_blind(fewer, self._blind) - unless_blind(words, self._blind)
+        log_ratio = measured.log_ratio + change
+        return replace(measured, log_ratio=log_ratio, likelihood=softmax(log_ratio))
+
+    def _against(self, measured: Measurement) -> NDArray[np.float64]:
+        """Sum over the blocks of what speaks against each place, (K,), 0 or more."""
+        against = np.zeros(len(measured.likelihood))
+        for key, ratios in measured.by_block.items():
+            sensor = key.partition("/")[2]
+            noise = measured.noise.get(sensor, 0.0)
+            usual = [
+                one.brought[key]
+                for one in self._usual
+                if key in one.brought and one.noise.get(sensor, 0.0) * ALIKE >= noise
+            ]
+            against += too_little(np.array(usual), ratios)
+        return against
+
+
+def too_little(usual: NDArray[np.float64], brought: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Log ratio against places at which a view ``brought`` (K,), by what is ``usual`` (n,) at the right ones; (K,).
+
+    Nothing speaks against a place at which it brought as much as most do.
+    """
+    shares = (1 + np.arange(len(usual) + 1)) / (len(usual) + 1)
+    ratios = np.maximum(log_calibrated(shares), 0.0)
+    against: NDArray[np.float64] = ratios[np.searchsorted(np.sort(usual), brought, side="right")]
+    return against
