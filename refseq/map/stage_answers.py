@@ -11,9 +11,10 @@ from refseq.map.tracking.usual import UsualEvidence
 
 
 class StageAnswers:
-    """The beliefs of one stage on the views that a measurer takes; ``measured`` is the last view as it was weighed.
+    """The beliefs of one stage on the views that a measurer takes; ``measured`` is the last view as it was measured.
 
     Only the chain, which knows when it is lost, weighs a view by what others of the drive brought (``UsualEvidence``).
+    Hindsight does not: a stretch that looks like no place any more is one it finds by the views behind it.
     """
 
     def __init__(self, map_: Map, stage: Stage) -> None:
@@ -31,11 +32,11 @@ class StageAnswers:
 
     def update(self, measurer: Measurer) -> Belief:
         """The belief on the view that the measurer took last."""
-        measured = measurer.after(self._last)
-        self.measured = measured if self._usual is None else self._usual.weighed(measured)
-        belief = measurer.told(self._tracker.update(self.measured))
+        self.measured = measurer.after(self._last)
+        weighed = self.measured if self._usual is None else self._usual.weighed(self.measured)
+        belief = measurer.told(self._tracker.update(weighed))
         if self._usual is not None:
-            self._usual.told(measured, belief)
+            self._usual.told(self.measured, belief)
         if self._stage is not Stage.UNIFORM:  # single views know of none before
             self._last = belief
         return belief

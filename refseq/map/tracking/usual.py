@@ -47,13 +47,18 @@ class UsualEvidence:
         self._first, settings = map_.first, map_.profile.log_ratio
         self._blind = settings.blind
         self._usual: deque[_Usual] = deque(maxlen=int(settings.usual))
+        self._last: _Usual | None = None
 
     def reset(self) -> None:
         """Forget all views seen."""
         self._usual.clear()
+        self._last = None
 
     def weighed(self, measured: Sequence[Measurement]) -> list[Measurement]:
         """A view's measurements in every sequence, with what speaks against each place."""
+        if self._last is not None and not measured[0].again:  # while the robot stands, all its views are one
+            self._usual.append(self._last)
+            self._last = None
         return [self._weighed(one) for one in measured]
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
@@ -67,7 +72,7 @@ class UsualEvidence:
             return
         one = measured[number]
         brought = {key: float(ratios[best - low]) for key, ratios in one.by_block.items()}
-        self._usual.append(_Usual(brought, one.noise))
+        self._last = _Usual(brought, one.noise)
 
     def _weighed(self, measured: Measurement) -> Measurement:
         if measured.log_ratio is None or not self._usual:
