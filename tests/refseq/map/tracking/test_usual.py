@@ -1,0 +1,111 @@
+"""Views weighed by what those before brought at their places: a way off the path through a corridor of like walls."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from refseq.belief import Belief, Stage
+from refseq.inference.matching.log_ratio import log_calibrated
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser, localise
+from refseq.map.map import Map
+from refseq.map.tracking.usual import too_little
+from refseq.view import View
+from tests.support import CAMERAS, corridor_drive, texture
+
+COUNT, LEFT = 40, 25
+"""Views of the path, and the one at which the robot leaves it."""
+
+
+def corridor(first: int, seed: int) -> list[View]:
+    """A drive along walls that look as they do from ``first`` [m] on; its scans are those of all such corridors."""
+    rng = np.random.default_rng(seed)
+    return [
+        replace(view, images={name: noisy(texture(first + 0.85 * number, 96, 1.0, camera), 3.0, rng)
+                              for camera, name in enumerate(CAMERAS)})
+        for number, view in enumerate(corridor_drive(rng, count=COUNT, size=3))
+    ]  # fmt: skip
+
+
+def noisy(image: np.ndarray, sigma: float, rng: np.random.Generator) -> np.ndarray:
+    return (image + rng.normal(0, sigma, image.shape)).clip(0, 255).astype(np.uint8)
+
+
+PATH, LATER, ELSEWHERE = corridor(0, 1), corridor(0, 7), corridor(500, 9)
+
+
+def learnt(usual: int) -> Map:
+    return learn(PATH, profile=f"best+log_ratio.usual={usual}")
+
+
+@pytest.fixture(scope="module")
+def maps() -> tuple[Map, Map]:
+    """A map that does not ask what is usual, and one that does."""
+    return learnt(0), learnt(100)
+
+
+def chain(map_: Map, views: list[View]) -> list[Belief]:
+    return localise(map_, views, stages=[Stage.CHAIN])[Stage.CHAIN]
+
+
+def lost(beliefs: list[Belief]) -> np.ndarray:
+    return np.array([belief.lost for belief in beliefs])
+
+
+usual_views = st.lists(st.floats(-2, 8), max_size=60)
+
+
+@given(usual_views, st.lists(st.floats(-5, 10), min_size=1, max_size=20))
+def test_the_less_a_view_brings_the_more_speaks_against_a_place(usual: list[float], brought: list[float]) -> None:
+    brought = sorted(brought)
+    against = too_little(np.array(usual), np.array(brought))
+    assert (against >= 0).all()
+    assert all(one >= other for one, other in pairwise(against))
+    for value, found in zip(brought, against, strict=True):
+        share = (1 + sum(one <= value for one in usual)) / (len(usual) + 1)
+        assert found == pytest.approx(max(0.0, float(log_calibrated(np.array([share]))[0])))
+
+
+def test_nothing_is_unusual_before_anything_was_seen_and_what_most_bring_never_is() -> None:
+    assert too_little(np.zeros(0), np.array([-9.0, 9.0])).tolist() == [0.0, 0.0]
+    usual = np.arange(100.0)
+    assert too_little(usual, np.array([50.0, 99.0])).tolist() == [0.0, 0.0]
+    assert too_little(usual, np.array([-1.0]))[0] > 1.0
+
+
+def test_in_another_corridor_the_robot_says_sooner_that_it_is_lost(maps: tuple[Map, Map]) -> None:
+    drive = [*LATER[:LEFT], *ELSEWHERE[LEFT:]]
+    plain, asking = (lost(chain(map_, drive)) for map_ in maps)
+    assert (asking[:LEFT] < 0.5).all()
+    assert LEFT < np.argmax(asking > 0.5) < np.argmax(plain > 0.5)
+
+
+def test_along_its_path_it_answers_as_before(maps: tuple[Map, Map]) -> None:
+    plain, asking = (chain(map_, LATER) for map_ in maps)
+    assert [belief.best for belief in asking] == [belief.best for belief in plain]
+    assert (lost(asking) < 0.1).all()
+
+
+def test_a_picture_is_compared_with_those_of_no_less_noise(maps: tuple[Map, Map]) -> None:
+    """The lamps fail: what is seen in bare noise is less than ever, and tells nothing of a way off the path."""
+    rng = np.random.default_rng(3)
+    dark = [
+        replace(view, images={name: noisy(image // 16, 20.0, rng) for name, image in view.images.items()})
+        for view in LATER
+    ]
+    drive = [*LATER[:LEFT], *dark[LEFT : LEFT + 1]]
+    plain, asking = (lost(chain(map_, drive)) for map_ in maps)
+    assert asking[-1] == pytest.approx(plain[-1], abs=0.02)
+
+
+def test_after_a_reset_nothing_is_usual(maps: tuple[Map, Map]) -> None:
+    localiser = Localiser(maps[1])
+    for view in LATER:
+        localiser.update(view)
+    localiser.reset()
+    again = [localiser.update(view) for view in ELSEWHERE[:5]]
+    assert lost(again).tolist() == lost(chain(maps[1], ELSEWHERE[:5])).tolist()
