@@ -72,8 +72,12 @@ class GuestFolder:
 
 
 def _path() -> list[Path]:
-    """Folders in which Python looks for modules, but for the bench's own and where the user stands."""
-    left_out = {ROOT.resolve(), Path.cwd().resolve()}
+    """Folders in which Python looks for modules, but for the bench's checkout and where the user stands.
+
+    A bench that is installed lies among all other packages, which stay.
+    """
+    installed = {Path(sysconfig.get_path(name)).resolve() for name in ("purelib", "platlib")}
+    left_out = {ROOT.resolve(), Path.cwd().resolve()} - installed
     return [path for path in map(Path, filter(None, sys.path)) if path.resolve() not in left_out]
 
 
