@@ -192,9 +192,10 @@ def belief_from(
     given = np.asarray(weights, dtype=np.float64)
     largest = float(given.max()) if given.ndim == 1 and given.size else 0.0
     if not 0 < largest < np.inf or not (given >= 0).all():
+        span = f", {given.min():g} to {given.max():g}," if given.size else ""
         raise RefseqError(
-            f"belief: weights of shape {given.shape}, at most {largest:g}, make no probabilities; valid are (K,) "
-            "finite numbers of 0 or more, not all 0"
+            f"belief: weights of shape {given.shape}{span} make no probabilities; valid are (K,) finite numbers of 0 "
+            "or more, not all 0"
         )
     if not 0 <= lost <= 1:
         raise RefseqError(f"belief: lost = {lost} is not valid; it should be from 0 to 1")

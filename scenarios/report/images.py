@@ -23,10 +23,13 @@ def picture(image: NDArray[np.uint8]) -> str:
 
 
 def scan_outline(scan: Scan) -> str:
-    """A scan as the points of an SVG polyline, the robot in the middle at (0, 0) looking up, in decimetres."""
-    ranges = np.minimum(scan.ranges, SCAN_REACH).astype(float)
+    """A scan as an SVG path, the robot at (0, 0) looking up, in decimetres; beyond ``SCAN_REACH`` nothing is drawn."""
+    near = scan.ranges < SCAN_REACH
+    ranges = np.where(near, scan.ranges, 0.0).astype(float)
     left, ahead = ranges * np.sin(scan.bearings), ranges * np.cos(scan.bearings)
     points = np.round(np.stack([-left, -ahead], axis=1) * 10).astype(int)
+    begins = near & ~np.concatenate([[False], near[:-1]])
     # Beams next to each other often end in the same decimetre.
-    kept = np.concatenate([[True], (np.diff(points, axis=0) != 0).any(axis=1)])
-    return " ".join(f"{x},{y}" for x, y in points[kept])
+    moved = np.concatenate([[True], (np.diff(points, axis=0) != 0).any(axis=1)])
+    kept = np.flatnonzero(near & (begins | moved))
+    return " ".join(f"{'M' if begins[n] else 'L'}{points[n, 0]},{points[n, 1]}" for n in kept.tolist())

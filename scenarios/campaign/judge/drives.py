@@ -89,9 +89,25 @@ def judged(
 
 
 def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, TaskOutcome]) -> list[TaskOutcome]:
-    """Outcomes that are not good, each reason once."""
-    found = [outcomes[task.key] for of_seed in tasks.values() for task in of_seed]
-    return list({one.reason: one for one in found if not one.good}.values())
+    """Outcomes that are not good, each reason once, with the seeds where there are others."""
+    found: dict[str, TaskOutcome] = {}
+    seeds: dict[str, list[int]] = {}
+    for seed, of_seed in tasks.items():
+        for outcome in (outcomes[task.key] for task in of_seed):
+            if not outcome.good:
+                found.setdefault(outcome.reason, outcome)
+                seeds.setdefault(outcome.reason, []).append(seed)
+    return [
+        replace(one, reason=f"{reason} ({_of_seeds(seeds[reason])})")
+        if 0 < len(set(seeds[reason])) < len(tasks)
+        else one
+        for reason, one in found.items()
+    ]
+
+
+def _of_seeds(seeds: Sequence[int]) -> str:
+    named = sorted(set(seeds))
+    return f"seed{'s' if len(named) > 1 else ''} {', '.join(map(str, named))}"
 
 
 def reasons_of(mishaps: Sequence[TaskOutcome], judgements: Sequence[JudgementRecord]) -> tuple[str, ...]:

@@ -33,7 +33,8 @@ def judge(
     whole = about(expectation, judged)
     away = [name for name in whole.methods if name not in found]
     if away:
-        return JudgementRecord(text=text, met=None, reason=f"{away[0]} has no answers")
+        missing = "no answers" if seeds <= 1 else "no answers of some seeds"
+        return JudgementRecord(text=text, met=None, reason=f"{away[0]} has {missing}")
     right = whole.right
     terms = (whole.left, right) if isinstance(right, Term) else (whole.left,)
     if unscored and (scores := [term.figure for term in terms if known[term.figure].truth]):

@@ -81,6 +81,11 @@ def parsed(header: bytes, payload: bytes) -> GuestMessage:
 
 def lengths_of(prefix: bytes | bytearray, most: int) -> tuple[int, int]:
     """Lengths of header and payload. Raises ``WireError`` where they are more than can be, of a payload ``most``."""
+    if bytes(prefix).isascii() and bytes(prefix).decode().replace("\n", " ").isprintable():  # no length is so large
+        raise WireError(
+            f"wrote {bytes(prefix).decode()!r} to standard output; valid are messages only: what it says belongs to "
+            "standard error"
+        )
     header, payload = LENGTHS.unpack(prefix)
     if header > MOST_HEADER or payload > most:
         raise WireError(

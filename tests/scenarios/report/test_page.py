@@ -33,15 +33,19 @@ def test_times_are_in_the_units_of_a_clock(seconds: float, text: str) -> None:
 
 
 def test_a_scan_is_drawn_as_seen_from_above_with_the_robot_looking_up() -> None:
-    ranges = np.full(361, 100.0, np.float32)
+    """Walls only: where the beams go far, no line closes the corridor, and of what came from nowhere there is none."""
+    ranges = np.full(361, np.inf, np.float32)
     ranges[[0, 180, 360]] = 2.0, 3.0, 4.0
+    ranges[180:200] = 3.0
+    ranges[90] = SCAN_REACH
     scan = Scan(ranges)
-    found = [tuple(map(int, point.split(","))) for point in scan_outline(scan).split()]
     assert scan.bearings[0] < 0 < scan.bearings[-1]  # from the right to the left
-    assert (found[0], found[-1]) == ((20, 0), (-40, 0))
-    assert (0, -30) in found
-    others = [point for point in found if point not in ((20, 0), (0, -30), (-40, 0))]
-    assert np.hypot(*np.array(others).T) == pytest.approx(10 * SCAN_REACH, abs=1)
+    first, *wall, last = scan_outline(scan).split()
+    assert (first, wall[0], last) == ("M20,0", "M0,-30", "M-40,0")
+    assert 3 < len(wall) <= 20
+    assert all(point[0] == "L" for point in wall[1:])
+    assert np.hypot(*np.array([point[1:].split(",") for point in wall], int).T) == pytest.approx(30, abs=1)
+    assert scan_outline(Scan(np.full(361, np.inf, np.float32))) == ""
 
 
 def test_costs_are_means_over_the_drives_and_of_memory_the_most() -> None:

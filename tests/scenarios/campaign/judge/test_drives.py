@@ -91,8 +91,13 @@ def test_who_did_not_answer_every_seed_has_no_figures_and_the_others_keep_theirs
     result = spoilt(folder, f"{MET}, {OPEN}", FAILED)  # vlad, for the first of two seeds
     assert [one.method for one in result.figures] == ["thesis/chain"]
     assert [one.met for one in result.judgements] == [True, None]
-    assert result.judgements[1] == JudgementRecord(text="success of vlad >= 0", met=None, reason="vlad has no answers")
-    assert result.reasons == ("it failed", "not judged: success of vlad >= 0 (vlad has no answers)")
+    assert result.judgements[1] == JudgementRecord(
+        text="success of vlad >= 0", met=None, reason="vlad has no answers of some seeds"
+    )
+    assert result.reasons == (
+        "it failed (seed 1)",
+        "not judged: success of vlad >= 0 (vlad has no answers of some seeds)",
+    )
     assert [len(tasks) for tasks in result.answered.values()] == [1, 2]
 
 

@@ -125,7 +125,7 @@ BAD_ANSWERS = [
     ("1 / 0", "raised ZeroDivisionError: division by zero (mine.py, line 13)"),
     ("view.truth.x", "raised AttributeError: 'NoneType' object has no attribute 'x' (mine.py, line 13)"),
     ("exit(3)", "raised SystemExit: 3 (mine.py, line 13)"),
-    ("belief_from(np.zeros(5))", "raised RefseqError: belief: weights of shape (5,), at most 0, make no probabilities"),
+    ("belief_from(np.zeros(5))", "raised RefseqError: belief: weights of shape (5,), 0 to 0, make no probabilities"),
 ]
 
 
