@@ -28,12 +28,15 @@ class TextFileError(ValueError):
 
 
 def read_text(path: Path) -> str:
-    """Read a file of text. Raises ``TextFileError`` for what is no file, is too long, or no UTF-8."""
+    """Read a file of text, without the byte order mark that Windows begins it with.
+
+    Raises ``TextFileError`` for what is no file, is too long, or no UTF-8.
+    """
     try:
         content = _start_of(path)
         if len(content) > LONGEST_TEXT:
             raise TextFileError(f"cannot be read: is longer than {LONGEST_TEXT} bytes, the most that is valid")
-        return content.decode()
+        return content.decode("utf-8-sig")
     except OSError as error:
         raise TextFileError(f"cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:

@@ -4,6 +4,8 @@ Every file is replaced in one step, after every case: whatever ends a campaign e
 truth, with the cases that have no verdict marked as such.
 """
 
+import fcntl
+import os
 import re
 import tempfile
 import time
@@ -23,7 +25,7 @@ from refseq_bench.scenarios.campaign.pages.junit import write_junit
 from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot, sweep_plot_of
 from refseq_bench.scenarios.campaign.run.machine import this_machine
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, write_result
+from refseq_bench.scenarios.campaign.store.result_file import RESULT, CampaignRecord, write_result
 from refseq_bench.scenarios.drives.inputs import writing
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -49,6 +51,7 @@ class Results:
             cases=tuple(open_record(case) for case in cases),
         )
         _check(folder)
+        _claim(folder)
         self._write()
 
     def add(self, result: Judged) -> None:
@@ -70,6 +73,8 @@ class Results:
             write_result(self.folder, self._record)
             write_junit(self.folder, self._record)
             replace_text(self.folder / INDEX, index_page(self._record, self._plots()))
+        if self._record.complete:
+            _leave(self.folder)
 
     def _plots(self) -> list[SweepPlot]:
         """The sweep plots of those scenarios of which all cases are judged; each is drawn once."""
@@ -104,3 +109,30 @@ def _check(folder: Path) -> None:
         raise ScenarioError(
             f"{folder}: cannot hold the results: {error.strerror or error}; valid is a folder that can be written to"
         ) from error
+    if (folder / INDEX).exists() and not (folder / RESULT).exists():
+        raise ScenarioError(f"{folder}: holds an {INDEX} that no run has made; valid is a new folder, or that of a run")
+
+
+_claimed: dict[Path, int] = {}
+"""Locks of the folders that this process fills."""
+
+
+def _claim(folder: Path) -> None:
+    """Keep other processes' runs out of a folder until it is complete, or this process ends."""
+    if folder.resolve() in _claimed:
+        return
+    try:
+        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(lock)
+        raise ScenarioError(f"{folder}: another run is filling it; valid is a folder of its own") from None
+    except OSError:  # a file system without locks
+        return
+    _claimed[folder.resolve()] = lock
+
+
+def _leave(folder: Path) -> None:
+    """Let other runs have a folder."""
+    if (lock := _claimed.pop(folder.resolve(), None)) is not None:
+        os.close(lock)

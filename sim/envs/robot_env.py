@@ -1,5 +1,6 @@
 """Gymnasium environment of a robot in a world: a task, with behaviours or twists for actions."""
 
+import inspect
 import math
 from collections.abc import Generator, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -88,9 +89,15 @@ class RobotEnv(gym.Env[Arrays, Any]):
         if render_mode is not None:
             _check("render mode", render_mode, self.metadata["render_modes"])
         check_light(light)
-        self._task = made_task(task, asked)
+        self._task = made_task(task, asked, _keywords())
         self._robot, self._light, self._route = robots.load(robot), light, route
         self._worlds = _checked_worlds(world, route, self._task)
+        if isinstance(cameras, str):
+            raise SimError(f"cameras {cameras!r} is not valid; valid is a list of names, as [{cameras!r}]")
+        if pixels is not None and not cameras:
+            raise SimError(
+                f"pixels {pixels!r} without cameras is not valid; valid are cameras whose pictures are observed"
+            )
         for camera in cameras:
             _check(f"camera of robot {robot!r}", camera, self._robot.cameras)
         self._cameras, self._renderer, self.render_mode = tuple(cameras), RendererKind(renderer), render_mode
@@ -104,6 +111,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._sensing = self._observations(belief)
         self.action_space, self.observation_space = self._acting.space, self._sensing.space
         self._run: BenchEpisode | None = None
+        self._over = False
         self._display: EpisodeDisplay | None = None
 
     def _learnt(self) -> Map:
@@ -172,7 +180,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         name = self._worlds[int(self.np_random.integers(len(self._worlds)))]
         world = world_named(name, self._light, pictured=bool(self._cameras) or self.render_mode is not None)
         setting = EpisodeSetting(world, self._robot.name, self._settings, self._route, self._map)
-        self._run = BenchEpisode(self._task, setting, self.np_random)
+        self._run, self._over = BenchEpisode(self._task, setting, self.np_random), False
         self._acting.reset()
         if self.render_mode == HUMAN:
             self._begin_display(world.plan, world.routes[self._route])
@@ -188,11 +196,14 @@ class RobotEnv(gym.Env[Arrays, Any]):
         Nothing moves before the first is asked for; what is wrong with the action is told at once.
         """
         run = self._running
+        if self._over:
+            raise SimError("the episode is over: call reset first")
         self._acting.choose(action)
         return self._moving(run)
 
     def _moving(self, run: BenchEpisode) -> Generator[Due, None, Stepped]:
         judged = yield from run.acting(self._acting)
+        self._over = judged.over
         observation, told = self._seen(judged)
         return observation, judged.reward, judged.over, False, told
 
@@ -296,6 +307,12 @@ class RobotEnv(gym.Env[Arrays, Any]):
 def _check(what: str, value: object, valid: Iterable[str]) -> None:
     if value not in (known := tuple(valid)):
         raise SimError(f"unknown {what} {value!r}: valid are {', '.join(known)}")
+
+
+def _keywords() -> tuple[str, ...]:
+    """Keywords of ``RobotEnv`` itself, as ``gymnasium.make`` takes them."""
+    parameters = inspect.signature(RobotEnv.__init__).parameters.values()
+    return ("world", *(one.name for one in parameters if one.kind is inspect.Parameter.KEYWORD_ONLY))
 
 
 def _checked_worlds(world: str | Sequence[str], route: str, task: Task) -> tuple[str, ...]:

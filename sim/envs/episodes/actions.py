@@ -125,7 +125,10 @@ class ByTwist:
 
     def choose(self, action: Any) -> None:
         """Take a twist; what is beyond ±1 counts as ±1."""
-        given = np.asarray(action, np.float64)
+        try:
+            given = np.asarray(action, np.float64)
+        except (TypeError, ValueError):
+            given = np.full(0, np.nan)
         if given.shape != (2,) or not np.isfinite(given).all():
             raise SimError(f"action {action!r} is not valid; valid are two finite numbers from -1 to 1")
         ahead, turn = np.clip(given, -1.0, 1.0).tolist()

@@ -1,7 +1,7 @@
 """Tasks by name: the bench's own, and those that anybody writes, as ``package.module:Class``."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pkgutil import resolve_name
 from typing import Any
 
@@ -46,12 +46,13 @@ def checked_task(task: object) -> type[Task]:
     return task
 
 
-def made_task(task: str | type[Task], asked: Mapping[str, Any]) -> Task:
-    """A task with the keywords that it takes itself. Raises ``SimError`` for others."""
+def made_task(task: str | type[Task], asked: Mapping[str, Any], beside: Sequence[str] = ()) -> Task:
+    """A task with the keywords that it takes itself. Raises ``SimError`` for others; those ``beside`` are valid too."""
     kind = task_named(task) if isinstance(task, str) else checked_task(task)
     for name in asked:
         if name not in kind.keywords:
-            raise SimError(f"unknown keyword {name!r}: {kind.__name__} takes {', '.join(kind.keywords) or 'none'}")
+            valid = ", ".join((*beside, *kind.keywords)) or "none"
+            raise SimError(f"unknown keyword {name!r} of {kind.__name__}: valid are {valid}")
     return kind(**asked)
 
 

@@ -23,7 +23,8 @@ def plan_named(name: str) -> FloorPlan:
     try:
         return load_plan(name)
     except WorldsError as error:
-        raise SimError(f"{error}, or rooms:FORM (0 to {len(FORMS) - 1})") from None
+        made = f", or rooms:FORM (0 to {len(FORMS) - 1})" if str(error).startswith("unknown world") else ""
+        raise SimError(f"{error}{made}") from None
 
 
 def check_light(light: str) -> None:

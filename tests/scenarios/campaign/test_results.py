@@ -1,7 +1,11 @@
 import errno
+import fcntl
 import json
 import math
+import os
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -324,3 +328,42 @@ def test_slugs_are_the_names_where_these_will_do() -> None:
         "light-dial/08:00": "light-dial-08-00",
         "fig-2.7-laboratory": "fig-2.7-laboratory",
     }
+
+
+def test_a_folder_that_another_process_fills_is_refused(tmp_path: Path, done: Judged) -> None:
+    tmp_path.joinpath("out").mkdir()
+    hold = (
+        "import fcntl, os, sys; lock = os.open(sys.argv[1], os.O_RDONLY); fcntl.flock(lock, fcntl.LOCK_EX); "
+        "print('held', flush=True); sys.stdin.read()"
+    )
+    other = subprocess.Popen(
+        [sys.executable, "-c", hold, tmp_path / "out"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    with other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(ScenarioError, match=r"out: another run is filling it; valid is a folder of its own$"):
+            Results(tmp_path / "out", [done.case], Store(tmp_path / "store"))
+        assert list((tmp_path / "out").iterdir()) == []
+        other.kill()
+    Results(tmp_path / "out", [done.case], Store(tmp_path / "store"))
+
+
+def test_a_folder_is_free_when_its_campaign_is_complete(
+    home: Path, tmp_path: Path, done: Judged, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(DATA, str(home))
+    results = Results(tmp_path, [done.case], Store(tmp_path / "store"))
+    lock = os.open(tmp_path, os.O_RDONLY)
+    with pytest.raises(BlockingIOError):
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    results.add(done)
+    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    os.close(lock)
+
+
+def test_a_page_that_no_run_has_made_stays_as_it_is(tmp_path: Path, done: Judged) -> None:
+    (tmp_path / "index.html").write_text("mine")
+    with pytest.raises(ScenarioError, match=r"holds an index\.html that no run has made; valid is a new folder, or"):
+        Results(tmp_path, [done.case], Store(tmp_path / "store"))
+    assert (tmp_path / "index.html").read_text() == "mine"

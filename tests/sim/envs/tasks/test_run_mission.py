@@ -169,7 +169,7 @@ def test_the_same_seed_draws_the_same_mission_and_start() -> None:
         ({"mission": "[LDMC]"}, r"LDMC: door on the left, 5.0 m: no door there is open in world 'rooms-0'"),
         ({"mission": "[LA1]"}, "nobody has said where LA1 is"),
         ({"landmarks": {"LA1": 3.0}}, "landmarks are for a mission of your own"),
-        ({"rout": "round"}, "unknown keyword 'rout': RunMissionTask takes mission, landmarks"),
+        ({"rout": "round"}, "unknown keyword 'rout' of RunMissionTask: valid are mission, landmarks"),
     ],
 )
 def test_it_is_told_in_one_line(asked: dict[str, object], message: str) -> None:
