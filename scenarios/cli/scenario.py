@@ -87,7 +87,7 @@ def show(
     cache: Cache = None,
     as_json: Json = False,
 ) -> None:
-    """Show all that a scenario declares or leaves to defaults, and what of it is in the cache."""
+    """Show what a scenario runs, and what of it is in the cache; with --json every key and its default."""
     from refseq_bench.scenarios.campaign.declare.cases import find
     from refseq_bench.scenarios.campaign.pages.listing import lines, resolved
     from refseq_bench.scenarios.campaign.run.estimate import rest_of

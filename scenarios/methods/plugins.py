@@ -22,7 +22,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.imports.closure import PACKAGES, closure_of, spec_of
 from refseq_bench.scenarios.methods.baselines import BASELINES
 from refseq_bench.scenarios.methods.guests.folder import GuestCode
-from refseq_bench.scenarios.methods.guests.limits import limits_here
+from refseq_bench.scenarios.methods.guests.limits import SETTING, limits_here
 from refseq_bench.scenarios.methods.guests.process import Guest, GuestError
 from refseq_bench.scenarios.methods.guests.wire import (
     PROTOCOL,
@@ -216,4 +216,13 @@ class PluginLocaliser:
             error = self._guest.failed(str(mistake))
             raise MisbehavedError(f"{self._name}, {where}: {mistake}", error.said) from None
         except GuestError as error:
-            raise MisbehavedError(f"{self._name}, {where}: {error}", error.said) from None
+            raise MisbehavedError(f"{self._name}, {where}: {error}{self._hint(str(error))}", error.said) from None
+
+    def _hint(self, reason: str) -> str:
+        """The rule of confinement that an error of the user's code comes from, where it may be one."""
+        kind = reason.removeprefix("raised ").partition(":")[0]
+        if kind == "MemoryError":
+            return f"; it may hold {self._limits.memory:g} GiB, unless {SETTING} says otherwise"
+        if kind in {"FileNotFoundError", "PermissionError", "BlockingIOError"}:
+            return "; a localiser reads the files of its own package and starts no process (docs/localiser-protocol.md)"
+        return ""

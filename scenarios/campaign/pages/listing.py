@@ -82,6 +82,7 @@ def lines(case: Case, kept: str) -> list[str]:
         f"  looked at: {', '.join(localise.sensors or ('all sensors',))}; places learnt: {scenario.places or 'all'}",
         *([f"  maps: {_stated(learn)}"] if learn else []),
         *schema_type_for(scenario).summary_lines(scenario),
+        f"  limits: {scenario.limits.steps} steps of a drive, {scenario.limits.seconds:g} s of any task",
         *(f"  expected: {one.text}" for one in case.expectations),
         f"  {kept}",
         "",
@@ -89,8 +90,8 @@ def lines(case: Case, kept: str) -> list[str]:
 
 
 def _in_words(table: SourceTable) -> str:
-    """A source with all that is not as it is by default; the light is told always."""
-    told = {"light", *table.model_dump(exclude_defaults=True)}
+    """A source with all that is not as it is by default, and what a reader asks for first."""
+    told = {"light", "route", "robot", *table.model_dump(exclude_defaults=True)}
     return _stated({key: value for key, value in table.model_dump(mode="json").items() if key in told})
 
 

@@ -111,8 +111,9 @@ def test_show_tells_all_that_is_left_open(refseq: Refseq, here: Path) -> None:
     assert answer.code == 0, answer.err
     for line in (
         "laser: Laser [only]",
-        "  reference: world annex, light 16:00, end 4.0, renderer none",
-        "  query: world annex, light 18:00, end 4.0, renderer none",
+        "  reference: world annex, robot robuter, light 16:00, route forward, end 4.0, renderer none",
+        "  query: world annex, robot robuter, light 18:00, route forward, end 4.0, renderer none",
+        "  limits: ",
         "  methods: thesis/uniform, thesis/prior, thesis/chain; judged: thesis/chain",
         "  expected: success_hmm >= 1 %",
         "  kept: 0 of 2 drives, 0 of 1 answers; the rest: about ",

@@ -38,6 +38,18 @@ def test_it_learns_and_answers_in_a_process_of_its_own(
     [
         ("np.ones(5) / 5", "mine:Mine, view 2: answered ndarray; valid is refseq.belief.Belief"),
         ("1 / 0", "mine:Mine, view 2: raised ZeroDivisionError: division by zero (mine.py, line 13)"),
+        (
+            "open('weights.npy')",
+            "mine:Mine, view 2: raised FileNotFoundError: [Errno 2] No such file or directory: 'weights.npy' "
+            "(mine.py, line 13); a localiser reads the files of its own package and starts no process "
+            "(docs/localiser-protocol.md)",
+        ),
+        (
+            "np.zeros(1 << 40)",
+            "mine:Mine, view 2: raised MemoryError: Unable to allocate 8.00 TiB for an array with shape "
+            "(1099511627776,) and data type float64 (mine.py, line 13); it may hold 4 GiB, unless "
+            "REFSEQ_LOCALISER_LIMITS says otherwise",
+        ),
         ("__import__('os')._exit(0)", "mine:Mine, view 2: the localiser ended with code 0"),
     ],
 )

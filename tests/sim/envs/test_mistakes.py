@@ -15,7 +15,10 @@ ID = "refseq/FollowCorridorTwist-v0"
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"wrold": "hallway"}, r"unknown keyword 'wrold' of FollowCorridorTask: valid are world, route, actions, robot"),
+        (
+            {"wrold": "hallway"},
+            r"unknown keyword 'wrold' of FollowCorridorTask: valid are world, route, actions, robot",
+        ),
         ({"cameras": "camera-1"}, r"cameras 'camera-1' is not valid; valid is a list of names, as \['camera-1'\]"),
         ({"pixels": 84}, "pixels 84 without cameras is not valid"),
         ({"world": "/nowhere/plan.toml"}, r"/nowhere/plan\.toml: cannot be read: No such file or directory$"),

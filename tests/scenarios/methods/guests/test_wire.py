@@ -162,3 +162,13 @@ def test_places_of_another_length_are_refused(header: dict[str, object], size: i
     with pytest.raises(WireError) as caught:
         belief_of(GuestMessage(header, bytes(size)), 3)
     assert str(caught.value) == told
+
+
+@pytest.mark.parametrize("said", [b"Loading model...", b"epoch 1\nloss 2"])
+def test_words_on_standard_output_are_no_message(said: bytes) -> None:
+    """A header of so many letters would be beyond all memory."""
+    with pytest.raises(WireError) as caught:
+        Incoming(100).take(said[:8])
+    assert str(caught.value) == (
+        f"wrote {said[:8].decode()!r} to standard output; valid are messages only: what it says belongs to standard error"
+    )
