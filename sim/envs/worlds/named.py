@@ -23,8 +23,8 @@ def plan_named(name: str) -> FloorPlan:
     try:
         return load_plan(name)
     except WorldsError as error:
-        made = f", or rooms:FORM (0 to {len(FORMS) - 1})" if str(error).startswith("unknown world") else ""
-        raise SimError(f"{error}{made}") from None
+        rooms = f", or rooms:FORM (0 to {len(FORMS) - 1})" if str(error).startswith("unknown world") else ""
+        raise SimError(f"{error}{rooms}") from None
 
 
 def check_light(light: str) -> None:

@@ -122,7 +122,10 @@ def test_show_tells_all_that_is_left_open(refseq: Refseq, here: Path) -> None:
     (shown,) = json.loads(refseq("scenario", "show", "laser.toml", "--json").out)
     assert shown["scenario"]["query"]["trigger"]["distance"] == 0.85
     answer = refseq("scenario", "show", "kidnap/ahead")
-    assert "  query: world hallway, light 18:00, faults [{at 30.0, to 70.0, kind kidnap}]" in answer.out.splitlines()
+    assert (
+        "  query: world hallway, robot robuter, light 18:00, route forward, faults [{at 30.0, to 70.0, kind kidnap}]"
+        in answer.out.splitlines()
+    )
     answer = refseq("scenario", "show", "light-dial", "--case", "midnight")
     assert (answer.code, answer.err.splitlines()[0][:34]) == (2, "error: case 'midnight' is unknown;")
 

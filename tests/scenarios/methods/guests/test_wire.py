@@ -170,5 +170,6 @@ def test_words_on_standard_output_are_no_message(said: bytes) -> None:
     with pytest.raises(WireError) as caught:
         Incoming(100).take(said[:8])
     assert str(caught.value) == (
-        f"wrote {said[:8].decode()!r} to standard output; valid are messages only: what it says belongs to standard error"
+        f"wrote {said[:8].decode()!r} to standard output; valid are messages only: what it says belongs to standard "
+        "error"
     )
