@@ -32,6 +32,7 @@ class SensorGuard:
         self._cameras = map_.sensors - {LASER}
         self._monitor = HealthMonitor()
         self._stands_once = map_.profile.motion.stands_once
+        self._asks_noise = map_.profile.log_ratio.usual > 0
         self.reset()
 
     def reset(self) -> None:
@@ -76,8 +77,10 @@ class SensorGuard:
 
     def _match(self, view: View, step: Step) -> list[Measurement]:
         """Compare a view that came so after the last one that counted."""
-        noise = {camera: picture_noise(view.images[camera]) for camera in self._cameras & frozenset(view.images)}
-        measured = [replace(one, noise=noise) for one in self._matcher.match(view)]
+        measured = self._matcher.match(view)
+        if self._asks_noise:
+            noise = {camera: picture_noise(view.images[camera]) for camera in self._cameras & frozenset(view.images)}
+            measured = [replace(one, noise=noise) for one in measured]
         if step.motion is Motion.OPEN:
             return [replace(one, distance=math.nan, turn=math.nan) for one in measured]
         if not self._stands_once:

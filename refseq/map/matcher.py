@@ -34,7 +34,7 @@ class Measurement:
     log-likelihood of the average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture
     alone. With ``again`` the robot has stood since the last view, and this one shows the same once more. ``by_block``
     and ``power`` are those of the words' ``Evidence``; ``noise`` is that of the view's pictures by camera [grey
-    levels].
+    levels], where the map's profile asks what is usual.
     """
 
     likelihood: NDArray[np.float64]

@@ -13,13 +13,15 @@ from refseq.map.tracking.usual import UsualEvidence
 class StageAnswers:
     """The beliefs of one stage on the views that a measurer takes; ``measured`` is the last view as it was measured.
 
-    Only the chain, which knows when it is lost, weighs a view by what others of the drive brought (``UsualEvidence``).
-    Hindsight does not: a stretch that looks like no place any more is one it finds by the views behind it.
+    Only the chain, which knows when it is lost, weighs a view by what others of the drive brought (``UsualEvidence``),
+    where the map's profile asks for it. Hindsight does not: a stretch that looks like no place any more is one it finds
+    by the views behind it.
     """
 
     def __init__(self, map_: Map, stage: Stage) -> None:
         self._stage, self._tracker = stage, tracker_for(stage, map_)
-        self._usual = UsualEvidence(map_) if stage is Stage.CHAIN else None
+        asked = stage is Stage.CHAIN and map_.profile.log_ratio.usual > 0
+        self._usual = UsualEvidence(map_) if asked else None
         self._last: Belief | None = None
         self.measured: Sequence[Measurement] = ()
 

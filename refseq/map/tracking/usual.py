@@ -63,7 +63,7 @@ class UsualEvidence:
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember what a view brought at its place, where the belief is sure of it."""
-        if measured[0].again or not self._usual.maxlen or belief.lost > SURE_LOST:
+        if measured[0].again or belief.lost > SURE_LOST:
             return
         best = int(np.argmax(belief.places))
         number = int(np.searchsorted(self._first, best, side="right")) - 1

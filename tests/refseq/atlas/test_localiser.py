@@ -1,6 +1,5 @@
 """Localising in an atlas: P(s), and where in it; against a single sequence, synthetic walks, and by definition."""
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -26,8 +25,7 @@ A, B = [("A", 0, 30), ("B", 0, 30)], [("C", 0, 25), ("B", 0, 30), ("D", 0, 20)]
 @pytest.mark.parametrize("stage", list(Stage))
 @pytest.mark.parametrize("profile", PROFILES)
 def test_of_one_path_the_trackers_of_several_answer_as_its_sequence(profile: Profile, stage: Stage) -> None:
-    bare = replace(profile, log_ratio=replace(profile.log_ratio, usual=0))  # trackers know the view alone
-    only = Map.of(TOWN.learnt(A, profile=bare))
+    only = Map.of(TOWN.learnt(A, profile=profile))
     networked = profile is BEST and stage is Stage.CHAIN
     localiser, matcher = Localiser(only, stage=stage), Matcher(only)
     tracker = NetworkTracker(only) if networked else SurestSequence(stage, only)

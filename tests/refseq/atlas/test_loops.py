@@ -21,7 +21,7 @@ from refseq.map.localiser import localise, smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.paths.path import MapPath
-from refseq.map.profile import profile_named
+from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
 from refseq.planar import Pose, motion_between
 from refseq.view import View
@@ -66,13 +66,9 @@ def driven(corners: Corners, seed: int, missed: float = 0.3) -> list[View]:
     return views
 
 
-BEST_BARE = profile_named("best+log_ratio.usual=0")
-"""As in hindsight, which does not ask what views of the drive usually bring."""
-
-
 def map_of(corners: Corners, seed: int = 1, name: str = "drive") -> Map:
     views = driven(corners, seed)
-    return Map.of(replace(bits_sequence(views, BEST_BARE), odometry=dead_reckoned(views)), name)
+    return Map.of(replace(bits_sequence(views, BEST), odometry=dead_reckoned(views)), name)
 
 
 @cache
@@ -130,7 +126,7 @@ def test_a_way_back_that_looks_like_the_way_there_is_contradicted_by_odometry() 
     # What looks as it did: the way back is replayed as the way there.
     half = len(views) // 2
     alike = [*views[:half], *(replace(v, images=views[n].images) for n, v in enumerate(views[half : 2 * half]))]
-    learnt = Map.of(replace(bits_sequence(alike, BEST_BARE), odometry=dead_reckoned(alike)), "drive")
+    learnt = Map.of(replace(bits_sequence(alike, BEST), odometry=dead_reckoned(alike)), "drive")
     merged = merge_maps([learnt])
     assert merged.found
     assert not any(decision.joined for decision in merged.decisions)

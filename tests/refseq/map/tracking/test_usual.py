@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from refseq.belief import Belief, Stage
 from refseq.inference.matching.log_ratio import log_calibrated
 from refseq.map.learning import learn
-from refseq.map.localiser import Localiser, localise
-from refseq.map.map import Map
+from refseq.map.localiser import Localiser, localise, smoothed
+from refseq.map.map import Map, beside
 from refseq.map.tracking.usual import too_little
 from refseq.view import View
 from tests.support import CAMERAS, corridor_drive, texture
@@ -38,8 +38,8 @@ def noisy(image: np.ndarray, sigma: float, rng: np.random.Generator) -> np.ndarr
 PATH, LATER, ELSEWHERE = corridor(0, 1), corridor(0, 7), corridor(500, 9)
 
 
-def learnt(usual: int) -> Map:
-    return learn(PATH, profile=f"best+log_ratio.usual={usual}")
+def learnt(usual: int, name: str = "", views: list[View] = PATH) -> Map:
+    return learn(views, profile=f"best+log_ratio.usual={usual}", name=name)
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +82,23 @@ def test_in_another_corridor_the_robot_says_sooner_that_it_is_lost(maps: tuple[M
     plain, asking = (lost(chain(map_, drive)) for map_ in maps)
     assert (asking[:LEFT] < 0.5).all()
     assert LEFT < np.argmax(asking > 0.5) < np.argmax(plain > 0.5)
+
+
+def test_in_a_map_of_several_paths_what_is_usual_is_that_of_the_path_it_is_on() -> None:
+    drive = [*LATER[:LEFT], *ELSEWHERE[LEFT:]]
+    other = corridor(1000, 3)
+    plain, asking = (
+        lost(chain(beside([learnt(usual, name, views) for name, views in (("far", other), ("here", PATH))]), drive))
+        for usual in (0, 100)
+    )
+    assert (asking[:LEFT] < 0.5).all()
+    assert LEFT < np.argmax(asking > 0.5) < np.argmax(plain > 0.5)
+
+
+def test_hindsight_does_not_ask_what_is_usual(maps: tuple[Map, Map]) -> None:
+    drive = [*LATER[:LEFT], *ELSEWHERE[LEFT : LEFT + 3], *LATER[LEFT + 3 :]]
+    plain, asking = (lost(smoothed(map_, drive)) for map_ in maps)
+    np.testing.assert_allclose(asking, plain, atol=1e-12)
 
 
 def test_along_its_path_it_answers_as_before(maps: tuple[Map, Map]) -> None:
