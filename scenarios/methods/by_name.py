@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from refseq.belief import Belief, LocaliserProtocol, Stage
+from refseq.errors import RefseqError
 from refseq.features.memory import DescriptionMemory, described_once
 from refseq.map.localiser import localise, smoothed
 from refseq.map.profile import PROFILES, profile_named
@@ -168,6 +169,14 @@ class InMap:
         return smoothed(self.map, query, seed=seed)
 
 
+def _baseline(name: str, drive: Reference) -> LocaliserProtocol:
+    """A baseline that has learnt a drive. Raises ``ScenarioError`` with its name where the drive does not fit it."""
+    try:
+        return BASELINES[name](drive)
+    except RefseqError as error:
+        raise ScenarioError(f"{name}: {error}") from error
+
+
 class Learnt:
     """Several methods that have learnt the same ``drives``, each by its name.
 
@@ -187,7 +196,7 @@ class Learnt:
         profiles = dict.fromkeys(profile for name in methods if (profile := profile_of(name)))
         self.ours = {profile: InMap(profile, drives, merging=merging) for profile in profiles}
         self.localisers: dict[str, LocaliserProtocol] = {
-            name: PluginLocaliser(name, drive.views) if is_plugin(name) else BASELINES[name](drive)
+            name: PluginLocaliser(name, drive.views) if is_plugin(name) else _baseline(name, drive)
             for name in methods
             if profile_of(name) is None
         }
