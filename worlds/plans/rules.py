@@ -27,6 +27,10 @@ LONGEST_WALL = 500.0
 """Longest wall [m]: the light that a world's surfaces throw on each other is worked out by patches, all with all."""
 
 
+HIGHEST_CEILING = 50.0
+"""A hall is no higher [m]: a height beyond it was meant in other units."""
+
+
 def checked(plan: FloorPlan, file: str) -> FloorPlan:
     """Return the plan if all in it fits together; raises ``PlanError`` with its first mistake, as one of ``file``."""
     for mistake in _mistakes(plan):
@@ -100,6 +104,8 @@ def _without_bounds(plan: FloorPlan) -> Iterator[str]:
 
 
 def _wrong_heights(plan: FloorPlan) -> Iterator[str]:
+    if plan.ceiling is not None and plan.ceiling.height > HIGHEST_CEILING:
+        yield f"ceiling.height: {plan.ceiling.height:g} is not valid; it should be metres, at most {HIGHEST_CEILING:g}"
     for i, wall in enumerate(plan.wall):
         if plan.ceiling is None and wall.height is None:
             yield f"wall[{i}].height: missing; in the open air every wall needs one"
@@ -189,6 +195,9 @@ def _outside(plan: FloorPlan) -> Iterator[str]:
     places += [(f"{key}.at", item.at) for key, item in _listed(plan, STANDING)]
     places += [(f"{key}.points[{i}]", p) for key, item in _listed(plan, LINES) for i, p in enumerate(item.points)]
     places += [(f"person[{k}].walk[{i}]", p) for k, one in enumerate(plan.person) for i, p in enumerate(one.walk)]
+    if plan.ceiling is not None:
+        lamps = [(k, i, p) for k, row in enumerate(plan.lamp) for i, p in enumerate(row.positions.tolist())]
+        places += [(f"lamp[{k}], the {i + 1}. of its row", (x, y)) for k, i, (x, y) in lamps]
     areas = rectangles(plan)
     for key, point in places:
         if not any(area.holds(point) for area in areas):

@@ -180,10 +180,19 @@ def test_a_route_through_the_wall(small: Text) -> None:
             'person = [{ name = "p", at = [1, 0], walk = [[2, 0], [2, 5]] }]',
             "person[0].walk[1]: [2.0, 5.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
         ),
+        (
+            'lamp = [{ name = "l", first = [1, 0], step = [3, 0], count = 4, lumen = 3000 }]',
+            "lamp[0], the 4. of its row: [10.0, 0.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+        ),
     ],
 )
 def test_what_stands_free_stands_between_the_walls(small: Text, top: str, said: str) -> None:
     assert message(small(top)) == f"plan.toml: {said}"
+
+
+def test_a_ceiling_in_centimetres(small: Text) -> None:
+    said = message(small().replace("height = 2.8", "height = 280"))
+    assert said == "plan.toml: ceiling.height: 280 is not valid; it should be metres, at most 50"
 
 
 def test_a_plan_in_the_open_air(small: Text) -> None:
