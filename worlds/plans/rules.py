@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from refseq_bench.worlds.errors import PlanError
-from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.areas import Rectangle, enclosing, rectangles
 from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, gaps, taken, ways
 from refseq_bench.worlds.plans.frame import LocalFrame
 from refseq_bench.worlds.plans.schema import (
@@ -27,6 +27,8 @@ LONGEST_WALL = 500.0
 """Longest wall [m]: the light that a world's surfaces throw on each other is worked out by patches, all with all."""
 
 
+BESIDE = 0.01
+"""So far from a wall's face one stands on one side of it [m]."""
 HIGHEST_CEILING = 50.0
 """A hall is no higher [m]: a height beyond it was meant in other units."""
 
@@ -50,6 +52,7 @@ def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _without_bounds(plan)
     yield from _flat_walls(plan)
     yield from _wrong_heights(plan)
+    yield from _turned_round(plan)
     for key, item in _listed(plan, ON_WALL):
         yield from _off_its_wall(plan, key, item)
     yield from _windows_inside(plan)
@@ -101,6 +104,19 @@ def _without_bounds(plan: FloorPlan) -> Iterator[str]:
         yield "wall: missing; a plan with a ceiling needs at least one wall"
     elif not all(np.less(*plan.bounds)):
         yield f"floor.area: {short(plan.floor.area)} is not valid; it should be two opposite corners"
+
+
+def _turned_round(plan: FloorPlan) -> Iterator[str]:
+    """Find walls around the floor whose inner face looks out of the building: what hangs there nobody would see."""
+    areas = rectangles(plan)
+    for wall in (enclosing(plan) or plan.wall) if plan.ceiling is not None else ():
+        ahead = np.subtract(wall.end, wall.start) / wall.length
+        left = np.array([-ahead[1], ahead[0]])
+        beside = np.add(wall.start, wall.end) / 2 + BESIDE * (left if wall.inside == "left" else -left)
+        if not any(area.holds(beside) for area in areas):
+            other = "right" if wall.inside == "left" else "left"
+            key = f"wall[{plan.wall.index(wall)}].inside"
+            yield f"{key}: {wall.inside!r} of wall '{wall.name}' is outside the building; valid is {other!r}"
 
 
 def _wrong_heights(plan: FloorPlan) -> Iterator[str]:

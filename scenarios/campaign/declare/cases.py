@@ -253,8 +253,8 @@ def _check(case: Case, checked: set[str]) -> None:
                 f"expect: {expectation.text!r}: there are {len(scenario.seeds)} seeds; valid is 'over' so many at most"
             )
     if scenario.judged not in scenario.methods:
-        valid = ", ".join(scenario.methods)
-        raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
+        valid, missing = ", ".join(scenario.methods), "" if scenario.localise.judged else "missing, and its default "
+        raise ScenarioError(f"localise.judged: {missing}{scenario.judged!r} does not run here; valid are {valid}")
     if len(set(scenario.seeds)) < len(scenario.seeds):
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
     if both := sorted({*scenario.seeds} & {*scenario.training_seeds}):

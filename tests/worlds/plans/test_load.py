@@ -1,3 +1,4 @@
+import re
 from collections.abc import Callable
 from pathlib import Path
 from zoneinfo import available_timezones
@@ -188,6 +189,17 @@ def test_a_route_through_the_wall(small: Text) -> None:
 )
 def test_what_stands_free_stands_between_the_walls(small: Text, top: str, said: str) -> None:
     assert message(small(top)) == f"plan.toml: {said}"
+
+
+def test_a_wall_that_looks_out_of_the_building(small: Text) -> None:
+    right = small()
+    place = right.index("inside = ")
+    word = right[place + 10 : right.index('"', place + 10)]
+    other = "right" if word == "left" else "left"
+    said = message(right[: place + 10] + right[place + 10 :].replace(word, other, 1))
+    assert re.fullmatch(
+        rf"plan\.toml: wall\[0\]\.inside: '{other}' of wall '\w+' is outside the building; valid is '{word}'", said
+    )
 
 
 def test_a_ceiling_in_centimetres(small: Text) -> None:

@@ -203,7 +203,7 @@ BAD = {
     ),
     "nobody judged": (
         HEAD + BODY + '[localise]\nmethods = ["vlad"]\n',
-        "localise.judged: 'thesis/chain' does not run here; valid are vlad",
+        "localise.judged: missing, and its default 'thesis/chain' does not run here; valid are vlad",
     ),
     "feature": (
         GOOD + '[localise]\nlearn.features = ["walls", "smell"]\n',
