@@ -23,7 +23,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     output,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_folder, check_output, words, writing
+from refseq_bench.scenarios.drives.inputs import check_folder, check_new, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import print_whole, say
 from refseq_bench.text_file import TextFileError, read_text
@@ -382,9 +382,7 @@ def template(
         raise ScenarioError(
             f"{output}: is no module's name; valid is a name that can be imported, ending in .py, or one ending in .cpp"
         )
-    check_output(output)
-    if output.exists():
-        raise ScenarioError(f"{output}: is there already; valid is a new file")
+    check_new(output)
     with writing(output):
         replace_text(output, MY_LOCALISER[output.suffix].read_text(encoding="utf-8"))
     say(out, f"{output} is written; run it from this folder: {_how_to_run(output)}")

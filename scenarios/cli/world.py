@@ -21,7 +21,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     output,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_ending, check_output, writing
+from refseq_bench.scenarios.drives.inputs import check_ending, check_new, check_output, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -240,8 +240,8 @@ def generate(output: Annotated[Path, output("Plan to write (.toml).")], seed: Se
     from refseq_bench.worlds.plans.generate import corridor
     from refseq_bench.worlds.plans.write import plan_text
 
-    check_output(output)
     check_ending(output, ".toml", "a plan")
+    check_new(output)
     plan = corridor(seed)
     with writing(output):
         replace_text(output, plan_text(plan, f"Made by: refseq world generate --seed {seed}"))

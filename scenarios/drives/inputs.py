@@ -97,6 +97,13 @@ def check_output(*paths: Path | None, of: Iterable[Path | None] = ()) -> None:
             raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
 
 
+def check_new(path: Path) -> None:
+    """Tell that a text to be edited would be written over one that may have been."""
+    check_output(path)
+    if path.exists():
+        raise ScenarioError(f"{path}: is there already; valid is a new file")
+
+
 def check_ending(path: Path | None, ending: str, what: str) -> None:
     """Tell that a name is none of ``what``, whose files end so; None: none is asked for."""
     if path is not None and path.suffix.lower() != ending:

@@ -42,6 +42,7 @@ def worlds(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> W
     (tmp_path / "blocked.toml").write_text(SMALL.format(top="", end=CRATE))
     (tmp_path / "broken.toml").write_text(SMALL.format(top="colour = 1", end=""))
     (tmp_path / "folder").mkdir()
+    (tmp_path / "folder.toml").mkdir()
     return lambda words: refseq("world", *words.split())
 
 
@@ -134,6 +135,9 @@ def test_generate_writes_the_corridor_of_that_seed(worlds: Worlds, tmp_path: Pat
     assert (answer.code, answer.out) == (0, f"mine.toml: {corridor(7).title}\n")
     assert load_plan(tmp_path / "mine.toml") == load_plan("corridor:7") == corridor(7)
     assert (tmp_path / "mine.toml").read_text().startswith("# Made by: refseq world generate --seed 7\n")
+    again = worlds("generate --seed 8 -o mine.toml")  # somebody may have gone on with it
+    assert (again.code, again.err) == (2, "error: mine.toml: is there already; valid is a new file\n")
+    assert load_plan(tmp_path / "mine.toml") == corridor(7)
 
 
 def test_lengths_that_are_told_are_those_of_the_lines() -> None:
@@ -197,7 +201,7 @@ BAD_INPUT = [
         "--first-hour 9 --last-hour 8: no hour lies between; valid is a last hour ",
     ),
     ("generate --seed 7 -o mine.txt", "mine.txt: is no name of a plan; valid is one that ends in .toml\n"),
-    ("generate --seed 7 -o folder", "folder: is a folder; valid is the name of a file to write\n"),
+    ("generate --seed 7 -o folder.toml", "folder.toml: is a folder; valid is the name of a file to write\n"),
 ]
 
 
