@@ -183,11 +183,16 @@ def test_examples_that_are_not_run_are_python(example):
 TABLES = [block for page in pages() for block in blocks(FENCE.sub("", page.text), page.name)]
 
 
+@pytest.fixture(scope="session")
+def columns() -> set[str]:
+    """Cases of the library, and all cases of each file together."""
+    return {name for case in find(names()) for name in (case.name, f"{case.file.stem}/{ALL}")}
+
+
 @pytest.mark.parametrize("block", TABLES, ids=lambda block: block.name)
-def test_tables_of_figures_name_cases_of_the_library_and_are_filled(block):
+def test_tables_of_figures_name_cases_of_the_library_and_are_filled(block, columns):
     choices = [block.spec, *block.spec.rows.values(), *block.spec.columns.values()]
-    cases = {name for case in find(names()) for name in (case.name, f"{case.file.stem}/{ALL}")}
-    assert {choice.case for choice in choices} - {None} <= cases
+    assert {choice.case for choice in choices} - {None} <= columns
     check_methods({choice.method for choice in choices} - {None, ODOMETRY, LAMP})
     rows = [line for line in block.body.splitlines() if line.startswith("| ")]
     assert len(rows) == 2 + len(block.spec.rows)

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
-from functools import cache
+from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any, Self, get_type_hints
 
@@ -115,6 +115,7 @@ def profile_of(profile: Profile | str) -> Profile:
     return profile
 
 
+@lru_cache(maxsize=256)
 def profile_named(name: str) -> Profile:
     """One of ``PROFILES``, with any setting changed behind a plus sign: ``thesis+chain.window=20+mixture.cost=0.9``.
 
