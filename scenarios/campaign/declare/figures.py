@@ -9,15 +9,17 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from types import MappingProxyType
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from refseq_bench.scenarios.scoring.atlas import JoinScore
-from refseq_bench.scenarios.scoring.figures import Figures
-from refseq_bench.scenarios.scoring.metrics import Retrieval
 from refseq_bench.scenarios.scoring.outcome import Outcome
-from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.scoring.atlas import JoinScore
+    from refseq_bench.scenarios.scoring.figures import Figures
+    from refseq_bench.scenarios.scoring.metrics import Retrieval
+    from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 
 
 class Unit(StrEnum):
@@ -51,49 +53,49 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _median(ways: Sequence[DistanceOrNever]) -> float:
+def _median(ways: Sequence["DistanceOrNever"]) -> float:
     """Median way [m]; one that never got there is longer than all others, nan without any."""
     return float(np.median([math.inf if way is None else way for way in ways])) if ways else math.nan
 
 
-def _retrieved(found: Figures, take: Callable[[Retrieval], float]) -> float:
+def _retrieved(found: "Figures", take: Callable[["Retrieval"], float]) -> float:
     return take(found.wide.retrieval) if found.wide.retrieval else math.nan
 
 
-def _harm(found: Figures) -> float:
+def _harm(found: "Figures") -> float:
     return math.nan if found.harm is None else float(found.harm.successes)
 
 
-def _joined(found: Figures, take: Callable[[JoinScore], float]) -> float:
+def _joined(found: "Figures", take: Callable[["JoinScore"], float]) -> float:
     return take(found.atlas.joined) if found.atlas and found.atlas.joined else math.nan
 
 
-def _mean_share(where: str, found: Figures) -> float | None:
+def _mean_share(where: str, found: "Figures") -> float | None:
     shares = getattr(found.atlas.shares, where) if found.atlas else ()
     return float(np.mean(shares)) if shares else None
 
 
-def _share(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
+def _share(take: Callable[["Figures"], float], meaning: str) -> Figure["Figures"]:
     return Figure(take, Unit.SHARE, meaning)
 
 
-def _views(take: Callable[[Figures], int], meaning: str) -> Figure[Figures]:
+def _views(take: Callable[["Figures"], int], meaning: str) -> Figure["Figures"]:
     return Figure(lambda found: float(take(found)), Unit.VIEWS, meaning)
 
 
-def _metres(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
+def _metres(take: Callable[["Figures"], float], meaning: str) -> Figure["Figures"]:
     return Figure(take, Unit.METRES, meaning)
 
 
-def _without_truth(take: Callable[[Figures], float], unit: Unit, meaning: str) -> Figure[Figures]:
+def _without_truth(take: Callable[["Figures"], float], unit: Unit, meaning: str) -> Figure["Figures"]:
     return Figure(take, unit, meaning, truth=False)
 
 
-def _plain(take: Callable[[Figures], float | None], meaning: str) -> Figure[Figures]:
+def _plain(take: Callable[["Figures"], float | None], meaning: str) -> Figure["Figures"]:
     return Figure(lambda found: _or_nan(take(found)), Unit.NONE, meaning)
 
 
-FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
+FIGURES: Mapping[str, Figure["Figures"]] = MappingProxyType(
     {
         "success": _share(lambda f: f.wide.success.value, "right within score.within, of the views on the map"),
         "success_narrow": _share(lambda f: f.narrow.success.value, "right within score.narrow, of those on the map"),
