@@ -43,13 +43,15 @@ def run(
     cases = with_seeds(with_methods(find([str(one) for one in scenarios]), localisers, methods), numbers)
     cases = with_renderer(cases, renderer)
     store = Store(cache or user_cache())
-    conclude = leave_it if output is None else Results(output, cases, store).add
+    results = None if output is None else Results(output, cases, store)
     executor, finished = LocalWorkers(workers, store.folder), False
     try:
-        found = list(run_campaign(cases, executor, store, Watcher(), conclude=conclude))
+        found = list(run_campaign(cases, executor, store, Watcher(), conclude=results.add if results else leave_it))
         finished = True
     finally:
         executor.close(at_once=not finished)
+        if results is not None:
+            results.close()
     return found
 
 

@@ -15,6 +15,7 @@ from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher, Measurement, wanted_of
+from refseq.map.profile import Matching
 from refseq.view import LASER, Scan, View
 
 
@@ -32,7 +33,8 @@ class SensorGuard:
         self._cameras = map_.sensors - {LASER}
         self._monitor = HealthMonitor()
         self._stands_once = map_.profile.motion.stands_once
-        self._asks_noise = map_.profile.log_ratio.usual > 0
+        by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
+        self._asks_noise = by_ratios and map_.profile.log_ratio.usual > 0
         self.reset()
 
     def reset(self) -> None:
@@ -79,7 +81,8 @@ class SensorGuard:
         """Compare a view that came so after the last one that counted."""
         measured = self._matcher.match(view)
         if self._asks_noise:
-            noise = {camera: picture_noise(view.images[camera]) for camera in self._cameras & frozenset(view.images)}
+            asked = self.sensors & self._cameras & frozenset(view.images)
+            noise = {camera: picture_noise(view.images[camera]) for camera in asked}
             measured = [replace(one, noise=noise) for one in measured]
         if step.motion is Motion.OPEN:
             return [replace(one, distance=math.nan, turn=math.nan) for one in measured]

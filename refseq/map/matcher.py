@@ -33,8 +33,8 @@ class Measurement:
     where the matching does not tell; the likelihood is then the same but for a factor. ``log_average`` is the
     log-likelihood of the average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture
     alone. With ``again`` the robot has stood since the last view, and this one shows the same once more. ``by_block``
-    and ``power`` are those of the words' ``Evidence``; ``noise`` is that of the view's pictures by camera [grey
-    levels], where the map's profile asks what is usual.
+    and ``power`` are those of the words' ``LogRatios``, ``noise`` is that of the view's pictures by camera [grey
+    levels]; both where the map's profile asks for usual views.
     """
 
     likelihood: NDArray[np.float64]
@@ -99,10 +99,10 @@ def compare(
     """
     start = time.perf_counter()
     if sequence.profile.method.matching is Matching.LOG_RATIO:
-        found = sequence.evidence(seen)
-        measured = Measurement(
-            softmax(found.log_ratios), distance, spent, found.log_ratios, by_block=found.by_block, power=found.power
-        )
+        found = sequence.ratios(seen)
+        measured = Measurement(softmax(found.log_ratios), distance, spent, found.log_ratios)
+        if sequence.profile.log_ratio.usual > 0:
+            measured = replace(measured, by_block=found.by_block, power=found.power)
     else:
         rows = [sequence.matrix.blocks[key].start + ids for key, ids in seen.items()]
         match = sequence.match(np.concatenate([*rows, np.zeros(0, np.intp)]), seed)

@@ -13,7 +13,7 @@ from refseq.features import Extractor
 from refseq.inference.chain.emissions import Emissions
 from refseq.inference.chain.lost_view import HeldOutViews, LostView
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.log_ratio import Evidence, LogRatioModel
+from refseq.inference.matching.log_ratio import LogRatioModel, LogRatios
 from refseq.inference.matching.mixture import Match, match_view
 from refseq.map.growth.experiences import Experiences, LayeredRatios
 from refseq.map.profile import Profile
@@ -86,9 +86,9 @@ class ReferenceSequence:
         settings = self.profile.log_ratio
         return LayeredRatios(self.log_ratio_model, self.matrix, self.along, settings, self.experiences)
 
-    def evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> Evidence:
+    def ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> LogRatios:
         """Log-likelihood ratios of each place to elsewhere, by all its experiences."""
-        return (self.layered_ratios or self.log_ratio_model).evidence(observed)
+        return (self.layered_ratios or self.log_ratio_model).ratios(observed)
 
 
 def check_comparable(one: ReferenceSequence, other: ReferenceSequence) -> None:

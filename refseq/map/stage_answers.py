@@ -7,13 +7,13 @@ from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
 from refseq.map.tracking.trackers import tracker_for
-from refseq.map.tracking.usual import UsualEvidence
+from refseq.map.tracking.usual import UsualViews
 
 
 class StageAnswers:
     """The beliefs of one stage on the views that a measurer takes; ``measured`` is the last view as it was measured.
 
-    Only the chain, which knows when it is lost, weighs a view by what others of the drive brought (``UsualEvidence``),
+    Only the chain, which knows when it is lost, weighs a view by what others of the drive brought (``UsualViews``),
     where the map's profile asks for it. Hindsight does not: a stretch that looks like no place any more is one it finds
     by the views behind it.
     """
@@ -21,7 +21,7 @@ class StageAnswers:
     def __init__(self, map_: Map, stage: Stage) -> None:
         self._stage, self._tracker = stage, tracker_for(stage, map_)
         asked = stage is Stage.CHAIN and map_.profile.log_ratio.usual > 0
-        self._usual = UsualEvidence(map_) if asked else None
+        self._usual = UsualViews(map_) if asked else None
         self._last: Belief | None = None
         self.measured: Sequence[Measurement] = ()
 

@@ -115,8 +115,8 @@ class RobotSession:
         return [self._answer(view) for view in views]
 
     def _tell_of_losses(self, stream: ViewStream) -> None:
-        """Note what a drive's views are without, each once."""
-        losses = [f"topic {topic}: {reason}; views are without it" for topic, reason in stream.damaged.items()]
+        """Note the pictures and the odometry that views lack, each once."""
+        losses = [f"topic {topic}: {reason}; a view is without its picture" for topic, reason in stream.damaged.items()]
         if stream.without_odometry:
             losses.append("views are left out: the odometry does not reach their times")
         new = [loss for loss in losses if loss not in self._losses]
@@ -125,7 +125,11 @@ class RobotSession:
 
     def end(self) -> list[BeliefAnswer]:
         """Beliefs on the views of what is left."""
-        return [] if self._stream is None else [self._answer(view) for view in self._stream.end()]
+        if self._stream is None:
+            return []
+        views = self._stream.end()
+        self._tell_of_losses(self._stream)
+        return [self._answer(view) for view in views]
 
     def restart(self) -> None:
         """Forget the drive."""

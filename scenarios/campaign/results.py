@@ -68,6 +68,10 @@ class Results:
         self._record = self._record.model_copy(update={"cases": cases, "complete": complete, "seconds": seconds})
         self._write()
 
+    def close(self) -> None:
+        """Let other runs have the folder, as it is."""
+        _leave(self.folder)
+
     def _write(self) -> None:
         with writing(self.folder):
             write_result(self.folder, self._record)
@@ -121,13 +125,14 @@ def _claim(folder: Path) -> None:
     """Keep other processes' runs out of a folder until it is complete, or this process ends."""
     if folder.resolve() in _claimed:
         return
+    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(lock)
         raise ScenarioError(f"{folder}: another run is filling it; valid is a folder of its own") from None
     except OSError:  # a file system without locks
+        os.close(lock)
         return
     _claimed[folder.resolve()] = lock
 
@@ -135,4 +140,5 @@ def _claim(folder: Path) -> None:
 def _leave(folder: Path) -> None:
     """Let other runs have a folder."""
     if (lock := _claimed.pop(folder.resolve(), None)) is not None:
+        fcntl.flock(lock, fcntl.LOCK_UN)  # a forked child may hold it as well
         os.close(lock)

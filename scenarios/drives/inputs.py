@@ -213,7 +213,7 @@ def _left_out(plan: "ViewPlan") -> "Iterator[str]":
         yield f"{found.without_odometry} of {moments} moments have no odometry, and are no views"
     yield from found.losses()
     for topic, sensor in found.sensors.items():
-        if (plan.moments.samples[topic] == NONE).all():
+        if (plan.moments.samples[topic] == NONE).all() and not found.damaged.get(sensor):
             yield f"{sensor} ({topic}) is in no view, as its stamps are none of the views'"
 
 

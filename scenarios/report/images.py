@@ -31,5 +31,7 @@ def scan_outline(scan: Scan) -> str:
     begins = near & ~np.concatenate([[False], near[:-1]])
     # Beams next to each other often end in the same decimetre.
     moved = np.concatenate([[True], (np.diff(points, axis=0) != 0).any(axis=1)])
-    kept = np.flatnonzero(near & (begins | moved))
-    return " ".join(f"{'M' if begins[n] else 'L'}{points[n, 0]},{points[n, 1]}" for n in kept.tolist())
+    kept = np.flatnonzero(near & (begins | moved))  # a beam alone is a point: a line of no length
+    return " ".join(
+        f"M{points[n, 0]},{points[n, 1]}h0" if begins[n] else f"L{points[n, 0]},{points[n, 1]}" for n in kept.tolist()
+    )

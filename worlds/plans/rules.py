@@ -213,7 +213,7 @@ def _outside(plan: FloorPlan) -> Iterator[str]:
     places += [(f"person[{k}].walk[{i}]", p) for k, one in enumerate(plan.person) for i, p in enumerate(one.walk)]
     if plan.ceiling is not None:
         lamps = [(k, i, p) for k, row in enumerate(plan.lamp) for i, p in enumerate(row.positions.tolist())]
-        places += [(f"lamp[{k}], the {i + 1}. of its row", (x, y)) for k, i, (x, y) in lamps]
+        places += [(f"lamp[{k}], lamp {i + 1} of its row", (x, y)) for k, i, (x, y) in lamps]
     areas = rectangles(plan)
     for key, point in places:
         if not any(area.holds(point) for area in areas):

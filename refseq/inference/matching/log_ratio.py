@@ -131,10 +131,11 @@ def log_calibrated(p: NDArray[np.float64]) -> NDArray[np.float64]:
     return calibrated
 
 
-class Evidence(NamedTuple):
+class LogRatios(NamedTuple):
     """A view at K places: ``log_ratios`` (K,) of each to elsewhere, and ``by_block`` (K,) those of each block alone.
 
-    The former are the sum of the latter times ``power``, of a view that may tell nothing (``unless_blind``).
+    The former are the sum of the latter times ``power``, of a view that may tell nothing (``unless_blind``). Of places
+    with several experiences both are means over these, and the sum is that of the first experience only nearly.
     """
 
     log_ratios: NDArray[np.float64]
@@ -164,9 +165,9 @@ class LogRatioModel:
 
     def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
         """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block."""
-        return self.evidence(observed).log_ratios
+        return self.ratios(observed).log_ratios
 
-    def evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> Evidence:
+    def ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> LogRatios:
         """Log-likelihood ratios of each place to elsewhere; ``observed`` has the ids seen by block.
 
         Blocks are multiplied, and the product taken to their ``power``. One that is not observed, its sensor being
@@ -176,7 +177,7 @@ class LogRatioModel:
         blocks = self.by_block(observed)
         power = self.power(blocks)
         total: NDArray[np.float64] = power * sum(blocks.values(), np.zeros(self._K))
-        return Evidence(unless_blind(total, self._blind), blocks, power)
+        return LogRatios(unless_blind(total, self._blind), blocks, power)
 
     def by_block(self, observed: Mapping[str, NDArray[np.intp]]) -> dict[str, NDArray[np.float64]]:
         """Log-likelihood ratios of each block for itself, (K,) each, but for those that say nothing."""

@@ -88,13 +88,15 @@ class CompressedPicture:
     def check(self) -> None:
         """Raise ``LogError`` for what is no PNG or JPEG, declares too much, or is damaged by what its own sums tell.
 
-        No pixel is decoded. A JPEG has no sums, and of a damaged one enough is seen.
+        No pixel is decoded. A JPEG has no sums, and of one that is damaged between its head and its end enough is seen.
         """
         PICTURE_BYTES.check(len(self.data), "an image has")
         width, height = declared_size(self.data)
         check_size(width, height)
         if self.data[:3] == JPEG_MAGIC:
             JPEG_PASSES.check(self.data.count(JPEG_PASS), "an image has")
+            if self.data.rfind(JPEG_END) <= self.data.rfind(JPEG_PASS):
+                raise LogError("an image cannot be decoded: it ends too early; valid are PNG and JPEG")
         else:
             check_chunks(self.data)
 
@@ -172,6 +174,7 @@ CHUNK_FRAME = 12
 JPEG_MAGIC = b"\xff\xd8\xff"
 JPEG_PASS = b"\xff\xda"
 """Begins each pass over a JPEG's pixels; within their data there is a zero behind 0xff."""
+JPEG_END = b"\xff\xd9"
 
 
 def check_size(width: int, height: int) -> None:
@@ -191,11 +194,11 @@ def declared_size(data: bytes) -> tuple[int, int]:
 
 
 def check_chunks(data: bytes) -> None:
-    """Raise ``LogError`` where a part of a PNG file declares more bytes than are left, or is not what its sum tells.
+    """Raise ``LogError`` where a PNG file ends too early, or a part of it is not what its sum tells.
 
-    OpenCV would allocate the former.
+    A part that declares more bytes than are left OpenCV would allocate.
     """
-    at, kind = len(PNG_MAGIC), b""
+    at, kind, parts = len(PNG_MAGIC), b"", set[bytes]()
     while at < len(data) and kind != b"IEND":
         declared, kind = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
         left = max(0, len(data) - at - CHUNK_FRAME)
@@ -203,8 +206,13 @@ def check_chunks(data: bytes) -> None:
             raise LogError(f"an image cannot be decoded: a part of it declares {declared} bytes, and {left} are left")
         end = at + 8 + declared
         if kind.isupper() and zlib.crc32(data[at + 4 : end]) != int.from_bytes(data[end : end + 4], "big"):
-            raise LogError(f"an image cannot be decoded: its part {kind.decode()} is damaged; valid are PNG and JPEG")
+            raise LogError(
+                f"an image cannot be decoded: its part {kind.decode('latin-1')!r} is damaged; valid are PNG and JPEG"
+            )
+        parts.add(kind)
         at += CHUNK_FRAME + declared
+    if not {b"IDAT", b"IEND"} <= parts:
+        raise LogError("an image cannot be decoded: it ends too early; valid are PNG and JPEG")
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:

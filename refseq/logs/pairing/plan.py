@@ -112,6 +112,8 @@ def plan_views(source: LogSource, options: PairingOptions | None = None) -> View
         raise LogError(f"{source.path}: {_nothing(source)}")
     lost = {topic: found.stamps[topic].lost for topic in choice.sensors}
     planned = schedule(found, choice, asked).without(lost)
+    if not planned.data:
+        raise LogError(f"{source.path}: holds no view: its pictures are damaged; valid is at least one that is whole")
     views = tuple(views_of(planned.data))
     return ViewPlan(source, _findings(found, choice, planned), views, planned.moments, choice.base, found.tree)
 
@@ -145,7 +147,7 @@ def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
         len(planned.data),
         planned.without_odometry,
         sum(one.truth is None for one in planned.data),
-        {choice.sensors[topic]: len(found.stamps[topic].times) - count for topic, count in taken.items()},
+        {choice.sensors[topic]: found.stamps[topic].whole - count for topic, count in taken.items()},
         (*found.notes, *choice.notes),
         {sensor: found.stamps[topic].lost_at() for topic, sensor in choice.sensors.items()},
     )

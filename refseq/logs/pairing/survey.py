@@ -42,6 +42,11 @@ class TopicStamps:
         """The damaged pictures of a topic that has others: one that has none is not damaged, it is not read."""
         return self.damaged if len(self.damaged) < len(self.times) else ()
 
+    @property
+    def whole(self) -> int:
+        """Number of samples that are not lost."""
+        return len(self.times) - len(self.lost)
+
     def lost_at(self) -> tuple[float, ...]:
         """Times of the damaged pictures [s]."""
         return tuple(self.times[number] for number in self.lost)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.log_ratio import Evidence, LogRatioModel, LogRatioSettings
+from refseq.inference.matching.log_ratio import LogRatioModel, LogRatios, LogRatioSettings
 
 FIRST = -1
 """Stands for what a place showed when it was learnt, where an experience is named by its number."""
@@ -76,7 +76,7 @@ class LayeredRatios:
         settings: LogRatioSettings,
         experiences: Experiences,
     ) -> None:
-        self._models = [first]
+        self._models, self._asks_blocks = [first], settings.usual > 0
         self._numbers = [np.full(matrix.K, FIRST)]
         for rank in range(1 + max(experiences.ranks, default=-1)):
             numbers = np.full(matrix.K, FIRST)
@@ -86,14 +86,14 @@ class LayeredRatios:
             self._numbers.append(numbers)
         self._own = np.array([np.ones(matrix.K, np.bool_), *(numbers != FIRST for numbers in self._numbers[1:])])
 
-    def evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> Evidence:
+    def ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> LogRatios:
         """Log-likelihood ratios of each place to elsewhere; ``observed`` has the ids seen by block."""
-        layers = [model.evidence(observed) for model in self._models]
+        layers = [model.ratios(observed) for model in self._models]
+        asked = layers[0].by_block if self._asks_blocks else {}
         by_block = {
-            key: self._mean([layer.by_block.get(key, ratios) for layer in layers])
-            for key, ratios in layers[0].by_block.items()
+            key: self._mean([layer.by_block.get(key, ratios) for layer in layers]) for key, ratios in asked.items()
         }
-        return Evidence(self._mean([layer.log_ratios for layer in layers]), by_block, layers[0].power)
+        return LogRatios(self._mean([layer.log_ratios for layer in layers]), by_block, layers[0].power)
 
     def best(self, observed: Mapping[str, NDArray[np.intp]], place: int) -> int:
         """Number of the experience of a place that knows a view best, ``FIRST`` for what was learnt first."""

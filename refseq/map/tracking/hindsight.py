@@ -1,6 +1,7 @@
 """Hindsight: where each view of a whole drive was taken, in the light of all its views."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from refseq.belief import Belief
 from refseq.inference.chain.chain import Observation
@@ -29,7 +30,8 @@ class Hindsight:
 
     def take(self, measured: Sequence[Measurement]) -> None:
         """Take the next view, as it was measured in every sequence."""
-        self._counted.append(self._stands.mean(measured))
+        bare = [replace(one, by_block={}) for one in measured]  # a whole drive's blocks would fill the memory
+        self._counted.append(self._stands.mean(bare))
 
     def beliefs(self) -> list[Belief]:
         """The answers to all views taken, each in the light of all."""

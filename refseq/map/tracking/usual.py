@@ -1,4 +1,4 @@
-"""What the views of a drive usually bring at their places; one that brings less speaks against a place.
+"""Usual views of a drive: one that brings less at a place than they did at theirs speaks against it.
 
 The log ratios of ``best`` are calibrated by what views bring at places that are not theirs. How much one brings at the
 place that is its own is not asked: in another light than the map's nobody knows it beforehand. The drive itself tells
@@ -24,10 +24,14 @@ from refseq.inference.matching.log_ratio import log_calibrated, unless_blind
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 
-SURE_LOST, SURE_NEAR = 0.01, 0.9
-"""The chain is sure of a place with no more chance of being lost, and as much that it is this place or the next."""
+SURE_LOST = 0.01
+"""The chain is sure of a place where P(lost) is no more than this."""
+SURE_NEAR = 0.9
+"""And where so much of its belief is at the place and its two neighbours."""
 ALIKE = 1.25
 """Noise that differs by no more than this factor is the same."""
+QUIET = 1.0
+"""Noise below this is that of any camera by day [grey levels], and not told apart."""
 
 
 class _Usual(NamedTuple):
@@ -37,7 +41,7 @@ class _Usual(NamedTuple):
     noise: Mapping[str, float]
 
 
-class UsualEvidence:
+class UsualViews:
     """Weighs the views of a drive by what those before brought: ask, then tell what was believed of the view.
 
     ``log_ratio.usual`` of the map's profile is how many of them are remembered.
@@ -56,14 +60,14 @@ class UsualEvidence:
 
     def weighed(self, measured: Sequence[Measurement]) -> list[Measurement]:
         """A view's measurements in every sequence, with what speaks against each place."""
-        if self._last is not None and not measured[0].again:  # while the robot stands, all its views are one
+        if self._last is not None and not _stands(measured[0]):  # while it stands, all its views are one
             self._usual.append(self._last)
             self._last = None
         return [self._weighed(one) for one in measured]
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember what a view brought at its place, where the belief is sure of it."""
-        if measured[0].again or belief.lost > SURE_LOST:
+        if _stands(measured[0]) or belief.lost > SURE_LOST:
             return
         best = int(np.argmax(belief.places))
         number = int(np.searchsorted(self._first, best, side="right")) - 1
@@ -88,14 +92,23 @@ class UsualEvidence:
         against = np.zeros(len(measured.likelihood))
         for key, ratios in measured.by_block.items():
             sensor = key.partition("/")[2]
-            noise = measured.noise.get(sensor, 0.0)
+            noise = _noise(measured.noise, sensor)
             usual = [
                 one.brought[key]
                 for one in self._usual
-                if key in one.brought and one.noise.get(sensor, 0.0) * ALIKE >= noise
+                if key in one.brought and _noise(one.noise, sensor) * ALIKE >= noise
             ]
             against += too_little(np.array(usual), ratios)
         return against
+
+
+def _noise(by_camera: Mapping[str, float], sensor: str) -> float:
+    return max(QUIET, by_camera.get(sensor, 0.0))
+
+
+def _stands(measured: Measurement) -> bool:
+    """True for a view of a robot that has not moved since the last one."""
+    return measured.again or measured.distance == 0.0
 
 
 def too_little(usual: NDArray[np.float64], brought: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -98,9 +98,7 @@ def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, T
                 found.setdefault(outcome.reason, outcome)
                 seeds.setdefault(outcome.reason, []).append(seed)
     return [
-        replace(one, reason=f"{reason} ({_of_seeds(seeds[reason])})")
-        if 0 < len(set(seeds[reason])) < len(tasks)
-        else one
+        replace(one, reason=f"{reason} ({_of_seeds(seeds[reason])})") if len(set(seeds[reason])) < len(tasks) else one
         for reason, one in found.items()
     ]
 

@@ -33,8 +33,8 @@ def judge(
     whole = about(expectation, judged)
     away = [name for name in whole.methods if name not in found]
     if away:
-        missing = "no answers" if seeds <= 1 else "no answers of some seeds"
-        return JudgementRecord(text=text, met=None, reason=f"{away[0]} has {missing}")
+        missing = "has no answers" if seeds <= 1 else "does not answer for every seed"
+        return JudgementRecord(text=text, met=None, reason=f"{away[0]} {missing}")
     right = whole.right
     terms = (whole.left, right) if isinstance(right, Term) else (whole.left,)
     if unscored and (scores := [term.figure for term in terms if known[term.figure].truth]):

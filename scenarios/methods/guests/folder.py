@@ -76,8 +76,8 @@ def _path() -> list[Path]:
 
     A bench that is installed lies among all other packages, which stay.
     """
-    installed = {Path(sysconfig.get_path(name)).resolve() for name in ("purelib", "platlib")}
-    left_out = {ROOT.resolve(), Path.cwd().resolve()} - installed
+    checkout = {ROOT.resolve()} if (ROOT / "pyproject.toml").exists() else set()
+    left_out = {*checkout, Path.cwd().resolve()}
     return [path for path in map(Path, filter(None, sys.path)) if path.resolve() not in left_out]
 
 

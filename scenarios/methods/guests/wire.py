@@ -89,7 +89,8 @@ def lengths_of(prefix: bytes | bytearray, most: int) -> tuple[int, int]:
     header, payload = LENGTHS.unpack(prefix)
     if header > MOST_HEADER or payload > most:
         raise WireError(
-            f"announced {header} bytes of header and {payload} of payload; valid are up to {MOST_HEADER} and {most}"
+            f"announced {header} bytes of header and {payload} of payload; valid are up to {MOST_HEADER} and {most} "
+            "(words on standard output are taken for a message: they belong to standard error)"
         )
     return header, payload
 

@@ -41,10 +41,12 @@ def test_a_scan_is_drawn_as_seen_from_above_with_the_robot_looking_up() -> None:
     scan = Scan(ranges)
     assert scan.bearings[0] < 0 < scan.bearings[-1]  # from the right to the left
     first, *wall, last = scan_outline(scan).split()
-    assert (first, wall[0], last) == ("M20,0", "M0,-30", "M-40,0")
+    assert (first, wall[0], last) == ("M20,0h0", "M0,-30h0", "M-40,0h0")
     assert 3 < len(wall) <= 20
     assert all(point[0] == "L" for point in wall[1:])
-    assert np.hypot(*np.array([point[1:].split(",") for point in wall], int).T) == pytest.approx(30, abs=1)
+    assert np.hypot(*np.array([point[1:].removesuffix("h0").split(",") for point in wall], int).T) == pytest.approx(
+        30, abs=1
+    )
     assert scan_outline(Scan(np.full(361, np.inf, np.float32))) == ""
 
 

@@ -183,7 +183,7 @@ def test_a_route_through_the_wall(small: Text) -> None:
         ),
         (
             'lamp = [{ name = "l", first = [1, 0], step = [3, 0], count = 4, lumen = 3000 }]',
-            "lamp[0], the 4. of its row: [10.0, 0.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+            "lamp[0], lamp 4 of its row: [10.0, 0.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
         ),
     ],
 )

@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.decoding.picture import RAW_ENCODINGS, CompressedPicture, RawPicture
+from refseq.logs.decoding.picture import JPEG_MAGIC, RAW_ENCODINGS, CompressedPicture, RawPicture, damage
 
 GREY = cv2.GaussianBlur(np.random.default_rng(4).integers(0, 256, (24, 32), np.uint8), (0, 0), 3)
 
@@ -131,3 +131,35 @@ def test_pictures_that_are_none(picture: CompressedPicture | RawPicture, message
     with pytest.raises(LogError) as caught:
         picture.decode()
     assert str(caught.value).startswith(message)
+
+
+@pytest.fixture(scope="module", params=[".png", ".jpg"])
+def picture_file(request: pytest.FixtureRequest) -> bytes:
+    pixels = np.random.default_rng(3).integers(0, 256, (120, 160), np.uint8)
+    return cv2.imencode(request.param, pixels)[1].tobytes()
+
+
+def test_a_whole_picture_is_not_damaged(picture_file: bytes) -> None:
+    assert damage(CompressedPicture(picture_file)) == ""
+
+
+def test_a_picture_that_ends_too_early_is_damaged_wherever_it_ends(picture_file: bytes) -> None:
+    for end in [*range(1, len(picture_file), 211), len(picture_file) - 1]:
+        assert damage(CompressedPicture(picture_file[:end])), end
+
+
+def test_whichever_byte_is_changed_a_png_is_found_damaged_or_decoded(picture_file: bytes) -> None:
+    """A JPEG has no sums: one whose tables were hit may be refused when it is decoded, and by nothing but that."""
+    found = 0
+    for at in [*range(len(picture_file) % 7, 120), *range(120, len(picture_file), 499)]:
+        data = bytearray(picture_file)
+        data[at] ^= 0x80
+        picture = CompressedPicture(bytes(data))
+        if damage(picture):
+            found += 1
+            continue
+        try:
+            assert picture.decode().ndim == 2
+        except LogError:
+            assert picture_file[:3] == JPEG_MAGIC
+    assert found > 5

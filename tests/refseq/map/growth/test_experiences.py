@@ -59,7 +59,7 @@ def test_a_ratio_is_the_mean_over_all_experiences(first: np.ndarray, later: np.n
     wanted = alone.copy()
     wanted[[4, 20]] = (alone[[4, 20]] + one[[4, 20]]) / 2
     wanted[5] = (alone[5] + one[5] + two[5]) / 3
-    np.testing.assert_allclose(np.exp(layered.evidence(observed).log_ratios), wanted)
+    np.testing.assert_allclose(np.exp(layered.ratios(observed).log_ratios), wanted)
     assert np.argmax(wanted) == 5
     assert np.argmax(alone) != 5
     assert layered.best(observed, 5) == 3

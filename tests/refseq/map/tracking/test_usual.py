@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.belief import Belief, Stage
+from refseq.belief import Belief, Stage, Timings, belief_from
 from refseq.inference.matching.log_ratio import log_calibrated
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map, beside
-from refseq.map.tracking.usual import too_little
+from refseq.map.matcher import Measurement
+from refseq.map.tracking.usual import UsualViews, too_little
 from refseq.view import View
 from tests.support import CAMERAS, corridor_drive, texture
 
@@ -121,8 +122,35 @@ def test_a_picture_is_compared_with_those_of_no_less_noise(maps: tuple[Map, Map]
 
 def test_after_a_reset_nothing_is_usual(maps: tuple[Map, Map]) -> None:
     localiser = Localiser(maps[1])
-    for view in LATER:
+    for view in LATER[:LEFT]:  # sure of the last one as well
         localiser.update(view)
     localiser.reset()
     again = [localiser.update(view) for view in ELSEWHERE[:5]]
     assert lost(again).tolist() == lost(chain(maps[1], ELSEWHERE[:5])).tolist()
+
+
+def test_the_views_of_a_stand_are_one(maps: tuple[Map, Map]) -> None:
+    """However long it stands at one place: what is usual is that of the drive."""
+    stand = [replace(LATER[12], distance=0.0, turn=0.0) for _ in range(150)]
+    short = chain(maps[1], [*LATER[:13], *LATER[13:LEFT], *ELSEWHERE[LEFT : LEFT + 2]])
+    long = chain(maps[1], [*LATER[:13], *stand, *LATER[13:LEFT], *ELSEWHERE[LEFT : LEFT + 2]])
+    np.testing.assert_allclose(lost(long[-2:]), lost(short[-2:]), atol=1e-3)
+
+
+def test_what_is_not_sure_is_not_remembered(maps: tuple[Map, Map]) -> None:
+    """Views of elsewhere, whose places the chain doubts, leave no mark on what is usual."""
+    usual = UsualViews(maps[1])
+    places = np.zeros(COUNT)
+    places[3] = 1.0
+    measured = [Measurement(places, 0.85, Timings(), np.zeros(COUNT), by_block={"sift/forward": np.full(COUNT, 4.0)})]
+    spread = np.full(COUNT, 1 / COUNT)
+    for weights, doubt in ((places, 0.02), (spread, 0.0)):
+        usual.told(measured, belief_from(weights, doubt))
+        assert usual.weighed(measured)[0].log_ratio.tolist() == [0.0] * COUNT
+    usual.told(measured, belief_from(places, 0.0))
+    poorer = [replace(measured[0], by_block={"sift/forward": np.full(COUNT, -1.0)})]
+    for _ in range(40):
+        usual.weighed(measured)
+        usual.told(measured, belief_from(places, 0.0))
+    assert (usual.weighed(poorer)[0].log_ratio < 0).all()
+    assert usual.weighed([replace(poorer[0], by_block={})])[0].log_ratio.tolist() == [0.0] * COUNT

@@ -92,11 +92,11 @@ def test_who_did_not_answer_every_seed_has_no_figures_and_the_others_keep_theirs
     assert [one.method for one in result.figures] == ["thesis/chain"]
     assert [one.met for one in result.judgements] == [True, None]
     assert result.judgements[1] == JudgementRecord(
-        text="success of vlad >= 0", met=None, reason="vlad has no answers of some seeds"
+        text="success of vlad >= 0", met=None, reason="vlad does not answer for every seed"
     )
     assert result.reasons == (
         "it failed (seed 1)",
-        "not judged: success of vlad >= 0 (vlad has no answers of some seeds)",
+        "not judged: success of vlad >= 0 (vlad does not answer for every seed)",
     )
     assert [len(tasks) for tasks in result.answered.values()] == [1, 2]
 
