@@ -75,6 +75,21 @@ def test_beliefs_are_those_on_the_log_s_views(map_: Map, log: Path, true: list[B
     assert session.told() == []
 
 
+@pytest.mark.parametrize("hurt", [2, COUNT - 1])
+def test_a_view_is_without_a_picture_that_is_damaged_and_it_is_told_once(map_: Map, log: Path, hurt: int) -> None:
+    """Also of the last view, which no other follows."""
+    session, messages = RobotSession(map_, EACH), in_log(log)
+    numbers = told_of(session, messages)
+    camera = next(one.topic for one in messages if one.schema == "foxglove.CompressedImage")
+    at = [n for n, one in enumerate(messages) if one.topic == camera][hurt]
+    messages[at] = messages[at]._replace(data=messages[at].data.replace(b"IDAT", b"IDAX"))
+    answers = [*answered(session, numbers, messages), *session.end()]
+    assert len(answers) == COUNT
+    _, lost = session.told()
+    assert lost.startswith(f"topic {camera}: an image cannot be decoded")
+    assert lost.endswith("; a view is without its picture")
+
+
 def test_a_clock_that_goes_back_begins_a_drive_that_knows_nothing_of_the_last(
     map_: Map, log: Path, true: list[Belief]
 ) -> None:

@@ -1,5 +1,7 @@
 """Layers of experiences: a place's ratio is the mean over what it showed, and older experiences make room."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,6 +62,14 @@ def test_a_ratio_is_the_mean_over_all_experiences(first: np.ndarray, later: np.n
     wanted[[4, 20]] = (alone[[4, 20]] + one[[4, 20]]) / 2
     wanted[5] = (alone[5] + one[5] + two[5]) / 3
     np.testing.assert_allclose(np.exp(layered.ratios(observed).log_ratios), wanted)
+    assert layered.ratios(observed).by_block == {}
+    asking = LayeredRatios(model, base, ALONG, replace(settings, usual=1), its).ratios(observed)
+    blocks = [np.exp(one.by_block(observed)["bits/a"]) for one in (model, *layers)]
+    mean = blocks[0].copy()
+    mean[[4, 20]] = (blocks[0][[4, 20]] + blocks[1][[4, 20]]) / 2
+    mean[5] = sum(block[5] for block in blocks) / 3
+    np.testing.assert_allclose(np.exp(asking.by_block["bits/a"]), mean)
+    np.testing.assert_array_equal(asking.log_ratios, layered.ratios(observed).log_ratios)
     assert np.argmax(wanted) == 5
     assert np.argmax(alone) != 5
     assert layered.best(observed, 5) == 3
