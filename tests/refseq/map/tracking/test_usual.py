@@ -87,7 +87,7 @@ def test_in_another_corridor_the_robot_says_sooner_that_it_is_lost(maps: tuple[M
 
 def test_in_a_map_of_several_paths_what_is_usual_is_that_of_the_path_it_is_on() -> None:
     drive = [*LATER[:LEFT], *ELSEWHERE[LEFT:]]
-    other = corridor(1000, 3)
+    other = corridor(1000, 3)[:12]
     plain, asking = (
         lost(chain(beside([learnt(usual, name, views) for name, views in (("far", other), ("here", PATH))]), drive))
         for usual in (0, 100)
