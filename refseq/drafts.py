@@ -41,7 +41,7 @@ def sweep_drafts(place: Path) -> None:
     with suppress(OSError):
         for folder in [entry for entry in os.scandir(place) if entry.name.startswith(DRAFT)]:
             with suppress(OSError):
-                lock = _locked(Path(folder.path), wait=False)
+                lock = locked(Path(folder.path), wait=False)
                 shutil.rmtree(folder.path, ignore_errors=True)  # follows no links
                 os.close(lock)
 
@@ -51,7 +51,7 @@ def _new_draft(place: Path) -> tuple[Path, int | None]:
     while True:
         folder = Path(tempfile.mkdtemp(prefix=DRAFT, dir=place))
         try:
-            lock = _locked(folder, wait=True)
+            lock = locked(folder, wait=True)
         except FileNotFoundError:
             continue
         except OSError:
@@ -61,7 +61,7 @@ def _new_draft(place: Path) -> tuple[Path, int | None]:
         os.close(lock)  # swept before it was locked
 
 
-def _locked(folder: Path, *, wait: bool) -> int:
+def locked(folder: Path, *, wait: bool) -> int:
     """Open a folder, lock it, and return the descriptor. Raises ``OSError``, for a link and one that others hold too.
 
     Processes forked meanwhile share the lock.

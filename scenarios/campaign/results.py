@@ -15,6 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
 
+from refseq.drafts import locked
 from refseq.files import replace_text
 from refseq_bench.scenarios.campaign.case_types import case_page, case_record
 from refseq_bench.scenarios.campaign.declare.cases import Case
@@ -123,18 +124,15 @@ _claimed: dict[Path, int] = {}
 
 def _claim(folder: Path) -> None:
     """Keep other processes' runs out of a folder until it is complete, or this process ends."""
-    if folder.resolve() in _claimed:
+    place = folder.resolve()
+    if place in _claimed:
         return
-    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _claimed[place] = locked(place, wait=False)
     except BlockingIOError:
-        os.close(lock)
         raise ScenarioError(f"{folder}: another run is filling it; valid is a folder of its own") from None
     except OSError:  # a file system without locks
-        os.close(lock)
         return
-    _claimed[folder.resolve()] = lock
 
 
 def _leave(folder: Path) -> None:

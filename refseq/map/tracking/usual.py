@@ -35,7 +35,7 @@ QUIET = 1.0
 
 
 class _Usual(NamedTuple):
-    """What one view of the drive brought at its place, by block, and the noise of its pictures by camera."""
+    """One view of the drive: log ratios that it ``brought`` at its place, by block, and its pictures' ``noise``."""
 
     brought: Mapping[str, float]
     noise: Mapping[str, float]
