@@ -89,6 +89,6 @@ def smoothed(map_: Map, views: Iterable[View], *, seed: int = 0) -> list[Belief]
     measurer, answers, hindsight = Measurer(map_, seed=seed), StageAnswers(map_, Stage.CHAIN), Hindsight(map_)
     for view in each_view(views):
         measurer.take(view)
-        answers.update(measurer)
+        answers.follow(measurer)
         hindsight.take(answers.measured)
     return hindsight.beliefs()

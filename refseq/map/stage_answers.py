@@ -33,10 +33,18 @@ class StageAnswers:
         self._last, self.measured = None, ()
 
     def update(self, measurer: Measurer) -> Belief:
-        """The belief on the view that the measurer took last."""
+        """The belief on the view that the measurer took last, with faults of sensors and the pose beside the place."""
+        return self._kept(measurer.told(self._tracked(measurer)))
+
+    def follow(self, measurer: Measurer) -> None:
+        """Take the view as ``update`` does, for whoever asks for ``measured`` alone: no pose is fitted."""
+        self._kept(self._tracked(measurer))
+
+    def _tracked(self, measurer: Measurer) -> Belief:
         self.measured = measurer.after(self._last)
-        weighed = self.measured if self._usual is None else self._usual.weighed(self.measured)
-        belief = measurer.told(self._tracker.update(weighed))
+        return self._tracker.update(self.measured if self._usual is None else self._usual.weighed(self.measured))
+
+    def _kept(self, belief: Belief) -> Belief:
         if self._usual is not None:
             self._usual.told(self.measured, belief)
         if self._stage is not Stage.UNIFORM:  # single views know of none before

@@ -67,7 +67,7 @@ class UsualViews:
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember what a view brought at its place, where the belief is sure of it."""
-        if _stands(measured[0]) or belief.lost > SURE_LOST:
+        if _stands(measured[0]) or belief.lost > SURE_LOST or not measured[0].by_block:
             return
         best = int(np.argmax(belief.places))
         number = int(np.searchsorted(self._first, best, side="right")) - 1
