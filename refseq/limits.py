@@ -117,6 +117,7 @@ MAP_FEATURES = Limit(100_000_000, "features of a sequence", "10 km have two mill
 MAP_METRES = Limit(10**9, "metres in a map, either side of 0", "coordinates of the earth are below 10 million")
 BELIEF_BYTES = Limit(512 * MIB, "bytes of a table of beliefs, unpacked", "10 000 views of 1 000 places take 80 MB")
 PARQUET_FOOTER_BYTES = Limit(MIB, "bytes of a Parquet file's footer", "20 columns of 50 million rows take 250 000")
+NETWORK_BYTES = Limit(512 * MIB, "bytes of a network that finds keys", "those that run on robots have 3 to 50 million")
 SCENE_BYTES = Limit(8 * MIB, "bytes of a scene", "a whole picture of 640 × 480 takes 250 000")
 
 

@@ -10,6 +10,7 @@ from refseq.features.dense import DenseWords
 from refseq.features.doors import DoorCounts
 from refseq.features.extractor import Extractor, Observed
 from refseq.features.hu import HuMoments
+from refseq.features.neural.words import NeuralWords
 from refseq.features.sectors import SectorRanges
 from refseq.features.sift import SiftWords
 from refseq.features.vocabulary import Vocabulary
@@ -21,6 +22,7 @@ __all__ = [
     "DoorCounts",
     "Extractor",
     "HuMoments",
+    "NeuralWords",
     "Observed",
     "ScanBoundary",
     "SectorRanges",

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.nearest import squared_distances
-from refseq.features.sift import SiftKeys
+from refseq.features.word_extractor import PictureKeys
 
 REACH = 6.0
 """A pair fits that lies so near [pixels]: less loses keys at other depths, more lets chance in."""
@@ -37,7 +37,7 @@ class KeyFit:
     scale: float = 1.0
 
 
-def fit_keys(place: SiftKeys, view: SiftKeys) -> KeyFit:
+def fit_keys(place: PictureKeys, view: PictureKeys) -> KeyFit:
     """Lay a view's keys on those of a place; the same keys give the same fit."""
     theirs, ours = mutually_nearest(place.descriptors, view.descriptors)
     if len(ours) <= SAMPLE:

@@ -2,17 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
-from weakref import ReferenceType, ref
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.memory import described
 from refseq.features.vocabulary import Vocabulary
-from refseq.features.word_extractor import WordExtractor
-from refseq.view import View
+from refseq.features.word_extractor import KeyWords, PictureKeys
 
 DESCRIPTOR_SIZE = 128
 NORM = 512
@@ -24,14 +20,7 @@ _NOWHERE = np.zeros((0, 2), np.float32)
 _NOWHERE.setflags(write=False)
 
 
-class SiftKeys(NamedTuple):
-    """Keys of one image: ``points`` (n, 2), x and y [pixels], and ``descriptors`` (n, 128)."""
-
-    points: NDArray[np.float32]
-    descriptors: NDArray[np.uint8]
-
-
-NO_KEYS = SiftKeys(_NOWHERE, _NONE)
+NO_KEYS = PictureKeys(_NOWHERE, _NONE)
 """Those of a blank image, and of one that is missing."""
 
 
@@ -62,39 +51,19 @@ class SiftSettings:
     exact_up_to: int = 20_000
 
 
-class SiftWords(WordExtractor):
+class SiftWords(KeyWords):
     """Words of a camera's image. By default keys on the full and the half-resolution image only, the thesis' choice."""
 
     def __init__(self, camera: str, settings: SiftSettings, words: NDArray[np.uint8] | None = None) -> None:
+        super().__init__()
         self.key = f"sift/{camera}"
         self.sensor = camera
-        self.settings = settings
+        self.settings: SiftSettings = settings
         self.vocabulary = Vocabulary(settings.alias_distance, _NONE if words is None else words, settings.exact_up_to)
         self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
-        self._found: dict[int, tuple[ReferenceType[NDArray[np.uint8]], SiftKeys]] = {}
 
-    def describe(self, view: View) -> NDArray[np.uint8]:
-        """Descriptors of a view, (n, 128)."""
-        return described(self.settings, view.images[self.sensor], self.descriptors)
-
-    def keys(self, image: NDArray[np.uint8]) -> SiftKeys:
+    def find_keys(self, image: NDArray[np.uint8]) -> PictureKeys:
         """The strongest keys of an image, at most ``cap``; a blank image has none."""
-        found, number = self._find(image), id(image)
-        self._found[number] = ref(image, lambda _: self._found.pop(number, None)), found
-        return found
-
-    def drawn(self, image: NDArray[np.uint8]) -> SiftKeys:
-        """As ``keys``, for drawing: not found again in an image that was looked at, while somebody holds it."""
-        looked_at, found = self._found.get(id(image), (None, None))
-        return found if found and looked_at and looked_at() is image else self.keys(image)
-
-    def shown(self, view: View) -> SiftKeys:
-        """Keys of a view that was described just now, in the order of its descriptors: not found again."""
-        image = view.images[self.sensor]
-        points = described((self.settings, "points"), image, lambda seen: self.drawn(seen).points)
-        return SiftKeys(points, described(self.settings, image, lambda seen: self.drawn(seen).descriptors))
-
-    def _find(self, image: NDArray[np.uint8]) -> SiftKeys:
         s = self.settings
         keys, descriptors = self._sift.detectAndCompute(halved(image) if s.halved else image, None)
         if descriptors is None:
@@ -105,7 +74,7 @@ class SiftWords(WordExtractor):
         # A stable order keeps runs identical when two keys are equally strong.
         strongest = used[np.argsort(-response, kind="stable")[: s.cap]]
         chosen = np.asarray(descriptors[strongest], np.uint8)
-        return SiftKeys(self._points(keys, strongest), root(chosen) if s.root else chosen)
+        return PictureKeys(self._points(keys, strongest), root(chosen) if s.root else chosen)
 
     def _points(self, keys: Sequence[cv2.KeyPoint], chosen: NDArray[np.intp]) -> NDArray[np.float32]:
         """Points of the chosen keys in the whole image, (n, 2) [pixels]."""
@@ -114,10 +83,6 @@ class SiftWords(WordExtractor):
         points = np.asarray(cv2.KeyPoint.convert([keys[i] for i in chosen]), np.float32)
         # A pixel of the halved image is the mean of four: its centre lies between theirs.
         return np.asarray(2 * points + 0.5, np.float32) if self.settings.halved else points
-
-    def descriptors(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Descriptors of the strongest keys, (n, 128), n ≤ ``cap``; a blank image gives none."""
-        return self.keys(image).descriptors
 
 
 def _octave(key: cv2.KeyPoint) -> int:

@@ -1,12 +1,15 @@
 """Extractors whose features are the words of a growing vocabulary of descriptors."""
 
-from collections.abc import Mapping
-from typing import Any
+from abc import abstractmethod
+from collections.abc import Hashable, Mapping
+from typing import Any, NamedTuple
+from weakref import ReferenceType, ref
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.extractor import BaseExtractor
+from refseq.features.memory import described
 from refseq.features.vocabulary import Vocabulary
 from refseq.view import View
 
@@ -36,3 +39,50 @@ class WordExtractor(BaseExtractor):
     def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
         """Words that another drive's are aliases of."""
         return self.vocabulary.find(state["words"])
+
+
+class PictureKeys(NamedTuple):
+    """Keys of one picture: ``points`` (n, 2), x and y [pixels], and ``descriptors`` (n, D)."""
+
+    points: NDArray[np.float32]
+    descriptors: NDArray[np.uint8]
+
+
+class KeyWords(WordExtractor):
+    """Words of the keys of one camera's pictures. ``settings`` are all that the keys of a picture depend on."""
+
+    key: str
+    sensor: str
+    settings: Hashable
+
+    def __init__(self) -> None:
+        self._found: dict[int, tuple[ReferenceType[NDArray[np.uint8]], PictureKeys]] = {}
+
+    @abstractmethod
+    def find_keys(self, image: NDArray[np.uint8]) -> PictureKeys:
+        """Find the strongest keys of a picture; a blank one has none."""
+
+    def keys(self, image: NDArray[np.uint8]) -> PictureKeys:
+        """The strongest keys of a picture, remembered for ``drawn`` as long as somebody holds the picture."""
+        found, number = self.find_keys(image), id(image)
+        self._found[number] = ref(image, lambda _: self._found.pop(number, None)), found
+        return found
+
+    def drawn(self, image: NDArray[np.uint8]) -> PictureKeys:
+        """As ``keys``, for drawing: not found again in a picture that was looked at."""
+        looked_at, found = self._found.get(id(image), (None, None))
+        return found if found and looked_at and looked_at() is image else self.keys(image)
+
+    def describe(self, view: View) -> NDArray[np.uint8]:
+        """Descriptors of a view, (n, D)."""
+        return described(self.settings, view.images[self.sensor], self.descriptors)
+
+    def shown(self, view: View) -> PictureKeys:
+        """Keys of a view that was described just now, in the order of its descriptors: not found again."""
+        image = view.images[self.sensor]
+        points = described((self.settings, "points"), image, lambda seen: self.drawn(seen).points)
+        return PictureKeys(points, described(self.settings, image, lambda seen: self.drawn(seen).descriptors))
+
+    def descriptors(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Descriptors of the strongest keys of a picture, (n, D)."""
+        return self.keys(image).descriptors

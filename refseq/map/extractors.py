@@ -15,6 +15,7 @@ from refseq.features import (
     DoorCounts,
     Extractor,
     HuMoments,
+    NeuralWords,
     ScanBoundary,
     SectorRanges,
     SiftWords,
@@ -25,6 +26,7 @@ from refseq.view import LASER
 
 FEATURES: Mapping[str, Callable[[str, Profile, Mapping[str, NDArray[Any]]], Extractor | None]] = {
     "sift": lambda sensor, p, state: SiftWords(sensor, p.sift, state.get("words")) if sensor != LASER else None,
+    "neural": lambda sensor, p, state: NeuralWords(sensor, p.neural, state.get("words")) if sensor != LASER else None,
     "dense": lambda sensor, p, state: DenseWords(sensor, p.dense, state.get("words")) if sensor != LASER else None,
     "walls": lambda sensor, p, state: WallLines(p.walls) if sensor == LASER else None,
     "doors": lambda sensor, p, state: DoorCounts(p.doors, p.walls) if sensor == LASER else None,

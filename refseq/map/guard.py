@@ -7,7 +7,8 @@ from dataclasses import replace
 from refseq.belief import LOST, Belief
 from refseq.errors import ViewError
 from refseq.fault import DeclaredFault, FaultKind
-from refseq.features.sift import SiftKeys, SiftWords
+from refseq.features.sift import SiftWords
+from refseq.features.word_extractor import PictureKeys
 from refseq.health.monitor import HealthMonitor, usable_view
 from refseq.health.noise import picture_noise
 from refseq.health.standing import Motion, Step
@@ -69,7 +70,7 @@ class SensorGuard:
         self._sightless = bool(fallen) and not trusted.sensors & self.sensors
         return measured
 
-    def keys(self) -> Mapping[str, SiftKeys]:
+    def keys(self) -> Mapping[str, PictureKeys]:
         """Keys of the last view, by camera: of those that are wanted and can be trusted."""
         view = self._trusted
         if view is None:

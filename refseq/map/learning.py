@@ -9,7 +9,8 @@ import numpy as np
 from refseq.dead_reckoning import dead_reckoned
 from refseq.errors import MapError, ViewError
 from refseq.features.extractor import Extractor
-from refseq.features.sift import NO_KEYS, SiftKeys, SiftWords
+from refseq.features.sift import NO_KEYS, SiftWords
+from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, each_view, names_in, usable
 from refseq.map.extractors import make_extractors
@@ -52,7 +53,10 @@ def learn(
     drive = list(each_view(views))
     chosen = profile_of(profile)
     wanted = check_sensors(drive, names_in(sensors), "the drive")
-    extractors = make_extractors(names_in(features) or chosen.features, wanted, chosen)
+    names = names_in(features) or chosen.features
+    if any(sensor != LASER for sensor in wanted):
+        chosen = chosen.with_network(names)
+    extractors = make_extractors(names, wanted, chosen)
     check_motions(drive)
     check_way(drive)
     columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
@@ -77,7 +81,7 @@ class _KeysOnTheWay:
 
     def __init__(self, extractors: Sequence[Extractor]) -> None:
         self._words = [one for one in extractors if isinstance(one, SiftWords)]
-        self._found: dict[str, list[SiftKeys]] = {one.sensor: [] for one in self._words}
+        self._found: dict[str, list[PictureKeys]] = {one.sensor: [] for one in self._words}
 
     def add(self, view: View) -> None:
         for one in self._words:

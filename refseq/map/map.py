@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief
 from refseq.errors import MapError
-from refseq.features.sift import SiftKeys
+from refseq.features.word_extractor import PictureKeys
 from refseq.inference.chain.network import Network
 from refseq.map.format.archive import open_archive, pack, write_archive
 from refseq.map.format.file import described, read_parts
@@ -246,7 +246,7 @@ class Map:
         path, view = self._view_of(place)
         return path.scans[view] if len(path.scans) else None
 
-    def keys(self, place: int) -> Mapping[str, SiftKeys]:
+    def keys(self, place: int) -> Mapping[str, PictureKeys]:
         """Keys seen at a place, by camera; none where the map does not hold them."""
         path, view = self._view_of(place)
         return {camera: its.at(view) for camera, its in path.keys.items()}

@@ -1,8 +1,9 @@
 """All parameters of the localiser in one place; a map carries the profile that it was learnt with."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cache, lru_cache
 from types import MappingProxyType
@@ -12,6 +13,7 @@ from refseq.errors import MapError
 from refseq.features.dense import DenseSettings
 from refseq.features.doors import DoorSettings
 from refseq.features.hu import HuSettings
+from refseq.features.neural.words import NeuralSettings, named
 from refseq.features.sectors import SectorSettings
 from refseq.features.sift import SiftSettings
 from refseq.features.walls import WallSettings
@@ -20,6 +22,9 @@ from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.matching.log_ratio import LogRatioSettings
 from refseq.inference.matching.mixture import MixtureForm, MixtureSettings
 from refseq.map.format.parameters import RANGES, Range
+
+NEURAL_FEATURE = "neural"
+"""Name of the feature that asks a neural network for keys."""
 
 
 class Matching(StrEnum):
@@ -54,6 +59,7 @@ class Profile:
     features: tuple[str, ...] = ("sift", "walls", "doors", "boundary", "hu")
     method: MethodSettings = field(default_factory=MethodSettings)
     sift: SiftSettings = field(default_factory=SiftSettings)
+    neural: NeuralSettings = field(default_factory=NeuralSettings)
     dense: DenseSettings = field(default_factory=DenseSettings)
     walls: WallSettings = field(default_factory=WallSettings)
     doors: DoorSettings = field(default_factory=DoorSettings)
@@ -67,6 +73,13 @@ class Profile:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, words and truth values, for a map's header."""
         return asdict(self) | {"features": list(self.features)}
+
+    def with_network(self, features: Sequence[str] | None = None) -> Self:
+        """The same with the user's neural network named, if ``features``, by default its own, ask one.
+
+        Raises ``MapError`` without one.
+        """
+        return replace(self, neural=named(self.neural)) if NEURAL_FEATURE in (features or self.features) else self
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
@@ -102,7 +115,12 @@ BEST = Profile(
 COUNTING = Profile(mixture=MixtureSettings(form=MixtureForm.COUNTING))
 """The thesis' localiser without EM: a place is as likely as it has visible features. What the mixture has to beat."""
 
-PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "counting": COUNTING, "best": BEST})
+NEURAL = replace(BEST, features=(NEURAL_FEATURE, *BEST.features[1:]))
+"""``BEST`` with the keys of a neural network in place of SIFT's; the user brings the network."""
+
+PROFILES: Mapping[str, Profile] = MappingProxyType(
+    {"thesis": THESIS, "counting": COUNTING, "best": BEST, "neural": NEURAL}
+)
 """The named profiles."""
 
 
@@ -157,11 +175,16 @@ LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
         "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "turns": 0.0, "usual": 0},
+        "neural": asdict(NeuralSettings()),
         "motion": {"stands_once": False},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
     }
 )
 """Settings that maps of earlier versions lack, with the values that do as those versions did."""
+ADDED = ("neural",)
+"""Parts that maps of earlier versions lack as a whole."""
+DIGEST = re.compile("[0-9a-f]{64}|")
+"""A SHA-256, or none."""
 
 
 @cache
@@ -171,7 +194,7 @@ def _types_of(kind: Any) -> Mapping[str, Any]:
 
 
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
-    given = content.get(name)
+    given = content.get(name, {} if name in ADDED else None)
     types = _types_of(kind)
     if not isinstance(given, dict):
         raise ValueError(f"profile.{name} is {given!r:.60}; valid is a table of {', '.join(sorted(types))}")
@@ -191,6 +214,10 @@ def _value(where: str, value: object, kind: type, valid: Range | None) -> object
         if value not in list(kind):  # not in a set: a list in a damaged file has no hash
             raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
         return kind(str(value))
+    if kind is str:
+        if not isinstance(value, str) or not DIGEST.fullmatch(value):
+            raise ValueError(f"{where} is {value!r:.80}; valid are the 64 hexadecimal digits of a SHA-256, or none")
+        return value
     if valid is None:
         if not isinstance(value, bool):
             raise ValueError(f"{where} is {value!r:.60}; valid is true or false")

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import SceneError
-from refseq.features.sift import SiftKeys, SiftSettings, SiftWords
+from refseq.features.sift import SiftSettings, SiftWords
+from refseq.features.word_extractor import PictureKeys
 from refseq.scenes.scene import Scene
 from refseq.view import View
 
@@ -86,7 +87,7 @@ class SceneFinder:
             return None
         return SceneSighting(homography, int(agreed.sum()), corners)
 
-    def _matches(self, keys: SiftKeys) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _matches(self, keys: PictureKeys) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Numbers of the scene's keys and of those of a picture that match them, (m,) each."""
         if len(keys.points) < 2:
             return np.zeros(0, np.intp), np.zeros(0, np.intp)

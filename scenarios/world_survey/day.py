@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from refseq.features.sift import SiftKeys, SiftSettings, SiftWords
+from refseq.features.sift import SiftSettings, SiftWords
+from refseq.features.word_extractor import PictureKeys
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.scenarios.world_survey.facts import lux_text
@@ -76,12 +77,12 @@ def through_the_day(day: Day, settings: SiftSettings | None = None) -> list[Reca
     ]
 
 
-def _keys(shot: Snapshot, settings: SiftSettings) -> Iterator[tuple[str, SiftKeys]]:
+def _keys(shot: Snapshot, settings: SiftSettings) -> Iterator[tuple[str, PictureKeys]]:
     for camera, image in shot.images.items():
         yield camera, SiftWords(camera, settings).keys(image)
 
 
-def found_again(reference: SiftKeys, other: SiftKeys, alias_distance: float) -> float:
+def found_again(reference: PictureKeys, other: PictureKeys, alias_distance: float) -> float:
     """Share of the reference's keys whose nearest key by descriptor is the same word and lies at the same place.
 
     0 where the reference has no keys.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.key_fit import KeyFit, fit_keys
-from refseq.features.sift import SiftKeys
+from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.log_ratio import Calibration, unless_blind
 from refseq.map.blocks.few_places import pairs_elsewhere
 from refseq.map.map import Map
@@ -37,11 +37,11 @@ class KeyBlock:
 
     def __init__(self, map_: Map) -> None:
         self._map = map_
-        self._view: Mapping[str, SiftKeys] = {}
+        self._view: Mapping[str, PictureKeys] = {}
         self._calibrations: dict[frozenset[str], Calibration] = {}
         self.most = int(map_.profile.log_ratio.geometry)
 
-    def take(self, view: Mapping[str, SiftKeys]) -> None:
+    def take(self, view: Mapping[str, PictureKeys]) -> None:
         """Take the next view's keys, by camera."""
         self._view = view
 
@@ -73,7 +73,7 @@ class KeyBlock:
         return [laid(self._map.keys(place), self._map.keys(view)) for view, place in pairs]
 
 
-def laid(place: Mapping[str, SiftKeys], view: Mapping[str, SiftKeys]) -> dict[str, KeyFit]:
+def laid(place: Mapping[str, PictureKeys], view: Mapping[str, PictureKeys]) -> dict[str, KeyFit]:
     """A view's keys laid on a place's, by camera; a camera that one of them lacks has none."""
     return {camera: fit_keys(place[camera], keys) for camera, keys in view.items() if camera in place}
 

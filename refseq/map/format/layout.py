@@ -1,8 +1,8 @@
 """Arrays of a map file as a declared table: type, shape and values of each, checked before any is unpacked.
 
 A size in a shape is a number, or a name that means the same number wherever it stands for one sequence or path: ``K``
-places, ``N1`` the features and one more, ``E`` entries of the incidence matrix, ``W`` words, ``V`` views of a path,
-``L`` pairs of them that are one place.
+places, ``N1`` the features and one more, ``E`` entries of the incidence matrix, ``W`` words, ``D`` values of a
+network's descriptor, ``V`` views of a path, ``L`` pairs of them that are one place.
 """
 
 from collections.abc import Mapping
@@ -59,6 +59,7 @@ EXPERIENCES: Mapping[str, ArrayRule] = {
 
 WORDS: Mapping[str, ArrayRule] = {
     "sift": ArrayRule("u1", ("W", DESCRIPTOR_SIZE)),
+    "neural": ArrayRule("u1", ("W", "D")),
     "dense": ArrayRule("i8", ("W",), low=0),
     "hu": ArrayRule("f8", ("W", MOMENTS)),
 }

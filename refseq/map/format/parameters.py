@@ -27,6 +27,14 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "last_octave": (-1, 20),
             "exact_up_to": (0, 10**9),
         },
+        "neural": {
+            "cap": (1, 100_000),
+            "floor": (0.0, 1e6),
+            "alias_distance": (0.0, 2.0),
+            "width": (16, 4096),
+            "height": (16, 4096),
+            "exact_up_to": (0, 10**9),
+        },
         "dense": {
             "width": (16, 4096),
             "columns": (1, 256),

@@ -8,7 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.sift import DESCRIPTOR_SIZE, SiftKeys
+from refseq.features.sift import DESCRIPTOR_SIZE
+from refseq.features.word_extractor import PictureKeys
 
 MOST = 200
 """Keys of a view that are kept, the strongest: more were no better on the worlds chosen on, and 100 a little worse."""
@@ -33,7 +34,7 @@ class PathKeys:
     packed: NDArray[np.uint8]
 
     @classmethod
-    def of(cls, views: Sequence[SiftKeys]) -> Self:
+    def of(cls, views: Sequence[PictureKeys]) -> Self:
         """Those of some views, each in the order of their strength."""
         points = np.concatenate([np.zeros((0, 2), np.float32), *(keys.points[:MOST] for keys in views)])
         found = [np.zeros((0, DESCRIPTOR_SIZE), np.uint8), *(keys.descriptors[:MOST] for keys in views)]
@@ -47,10 +48,10 @@ class PathKeys:
     def _starts(self) -> NDArray[np.intp]:
         return np.cumsum([0, *self.counts.tolist()])
 
-    def at(self, view: int) -> SiftKeys:
+    def at(self, view: int) -> PictureKeys:
         """The keys of a view; each value of a descriptor is the middle of those that share its upper bits."""
         its = slice(self._starts[view], self._starts[view + 1])
         descriptors = np.empty((its.stop - its.start, DESCRIPTOR_SIZE), np.uint8)
         descriptors[:, ::2] = self.packed[its] & 0xF0
         descriptors[:, 1::2] = self.packed[its] << 4
-        return SiftKeys((self.points[its] / STEP).astype(np.float32), descriptors + np.uint8(8))
+        return PictureKeys((self.points[its] / STEP).astype(np.float32), descriptors + np.uint8(8))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features import SiftWords
+from refseq.features.word_extractor import KeyWords
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from refseq.viewer.places import Places
@@ -21,14 +21,14 @@ class MarkedKeypoints(NamedTuple):
 
 @dataclass
 class Keypoints:
-    """SIFT keys of pictures, told apart by the words of a place."""
+    """Keys of pictures, SIFT's or a network's, told apart by the words of a place."""
 
     places: Places
     _columns: dict[int, list[NDArray[np.intp]]] = field(default_factory=dict)
 
     def cameras(self) -> frozenset[str]:
         """Cameras whose words the map knows."""
-        return frozenset(e.sensor for s in self.places.sequences for e in s.extractors if isinstance(e, SiftWords))
+        return frozenset(e.sensor for s in self.places.sequences for e in s.extractors if isinstance(e, KeyWords))
 
     def marked(self, view: View, camera: str, place: int) -> MarkedKeypoints | None:
         """The keys of a view's picture, by the words of ``place``; ``None`` without picture or words.
@@ -37,12 +37,12 @@ class Keypoints:
         keys are used and not found again.
         """
         sequence, number = self.places.held(place)
-        key, image = f"sift/{camera}", view.images.get(camera)
-        words = next((e for e in sequence.extractors if e.key == key), None)
-        if image is None or not isinstance(words, SiftWords):
+        image = view.images.get(camera)
+        words = next((e for e in sequence.extractors if isinstance(e, KeyWords) and e.sensor == camera), None)
+        if image is None or words is None:
             return None
         points, descriptors = words.drawn(image)
-        block = sequence.matrix.blocks[key]
+        block = sequence.matrix.blocks[words.key]
         there = np.isin(words.vocabulary.find(descriptors) + block.start, self._words(sequence)[number])
         return MarkedKeypoints(points[there], points[~there])
 

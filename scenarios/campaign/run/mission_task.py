@@ -51,6 +51,7 @@ class MissionTask(Question):
             "mission",
             self.methods,
             self.plugins,
+            *self.networks.values(),
             *self.sources,
             self.sensors,
             self.seed,

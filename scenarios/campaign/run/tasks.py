@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from refseq.errors import LogError
+from refseq.errors import LogError, MapError
 from refseq.logs import Recording
 from refseq.map.profile import PROFILES
 from refseq_bench.scenarios.campaign.declare import sources as declared_sources
@@ -35,6 +35,7 @@ from refseq_bench.scenarios.campaign.store.views import read_views, recording_ke
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import input_errors
 from refseq_bench.scenarios.methods.by_name import profile_of
+from refseq_bench.scenarios.methods.networks import networks_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.methods.shelf import WHOLE, Learning
@@ -163,6 +164,14 @@ class Question(ABC):
         """Digests of users' localisers among the methods."""
         return {name: plugin_digest(name) for name in self.methods if is_plugin(name)}
 
+    @property
+    def networks(self) -> Mapping[str, str]:
+        """Digests of the neural networks that methods of ours ask. Raises ``AbsentError`` where one is missing."""
+        try:
+            return networks_of(self.methods)
+        except MapError as error:
+            raise AbsentError(str(error)) from None
+
     def learnt(self, store: Store) -> dict[str, Reference]:
         """The references by name, with the maps of them that are kept: many queries are compared with the same one."""
         drives = zip(names_of(self.references), learnt_drives(self, store), self.sources, strict=False)
@@ -180,7 +189,8 @@ class Question(ABC):
 
     def _map_key(self, source: str, profile: str) -> str:
         code = code_digest(learning.__name__, READER, alone=HANDS)
-        return key_of("map", profile, source, self.places, self.sensors, self.made_by.features, code)
+        network = [digest] if (digest := self.networks.get(profile)) else []
+        return key_of("map", profile, *network, source, self.places, self.sensors, self.made_by.features, code)
 
 
 @dataclass(frozen=True)
@@ -199,6 +209,7 @@ class AnswerTask(Question):
             "answers",
             self.methods,
             self.plugins,
+            *self.networks.values(),
             *self.sources,
             names_of(self.references),
             self.places,

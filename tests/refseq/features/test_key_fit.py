@@ -10,26 +10,27 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from refseq.features.key_fit import LARGER, REACH, KeyFit, fit_keys, mutually_nearest
-from refseq.features.sift import NO_KEYS, SiftKeys, SiftSettings, SiftWords
+from refseq.features.sift import NO_KEYS, SiftSettings, SiftWords
+from refseq.features.word_extractor import PictureKeys
 from refseq.view import View
 
 quick = settings(derandomize=True)
 
 
-def scene(rng: np.random.Generator, count: int) -> SiftKeys:
+def scene(rng: np.random.Generator, count: int) -> PictureKeys:
     points = rng.uniform((0, 0), (640, 480), (count, 2)).astype(np.float32)
-    return SiftKeys(points, rng.integers(0, 120, (count, 128), np.uint8))
+    return PictureKeys(points, rng.integers(0, 120, (count, 128), np.uint8))
 
 
-def moved(keys: SiftKeys, scale: float, turn: float, shift: tuple[float, float]) -> SiftKeys:
+def moved(keys: PictureKeys, scale: float, turn: float, shift: tuple[float, float]) -> PictureKeys:
     """The same keys, turned and scaled about the picture's middle and shifted."""
     c, s = scale * math.cos(turn), scale * math.sin(turn)
     points = (keys.points - (320, 240)) @ np.array([[c, s], [-s, c]]) + np.add((320, 240), shift)
-    return SiftKeys(points.astype(np.float32), keys.descriptors)
+    return PictureKeys(points.astype(np.float32), keys.descriptors)
 
 
-def both(one: SiftKeys, other: SiftKeys) -> SiftKeys:
-    return SiftKeys(np.concatenate([one.points, other.points]), np.concatenate([one.descriptors, other.descriptors]))
+def both(one: PictureKeys, other: PictureKeys) -> PictureKeys:
+    return PictureKeys(np.concatenate([one.points, other.points]), np.concatenate([one.descriptors, other.descriptors]))
 
 
 @quick
@@ -45,7 +46,7 @@ def test_a_plane_that_a_similarity_moves_is_found(
     """60 keys of a plane among 30 that are seen elsewhere now: all of the plane's fit, and hardly any other."""
     rng = np.random.default_rng(seed)
     plane, clutter = scene(rng, 60), scene(rng, 30)
-    strewn = SiftKeys(rng.uniform((0, 0), (640, 480), (30, 2)).astype(np.float32), clutter.descriptors)
+    strewn = PictureKeys(rng.uniform((0, 0), (640, 480), (30, 2)).astype(np.float32), clutter.descriptors)
     fit = fit_keys(both(plane, clutter), both(moved(plane, scale, turn, shift), strewn))
     assert fit.matches == 90
     assert 60 <= fit.inliers <= 64
@@ -62,7 +63,7 @@ def test_a_key_off_by_more_than_the_reach_does_not_fit() -> None:
     plane = scene(np.random.default_rng(2), 40)
     points = plane.points.copy()
     points[:10, 0] += 2 * REACH
-    assert fit_keys(plane, SiftKeys(points, plane.descriptors)) == KeyFit(40, 30, pytest.approx(1.0, abs=1e-3))
+    assert fit_keys(plane, PictureKeys(points, plane.descriptors)) == KeyFit(40, 30, pytest.approx(1.0, abs=1e-3))
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])

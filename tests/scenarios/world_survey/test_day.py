@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from refseq.features.sift import SiftKeys, SiftSettings, SiftWords
+from refseq.features.sift import SiftSettings, SiftWords
+from refseq.features.word_extractor import PictureKeys
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.world_survey.day import (
     SAME_PLACE,
@@ -22,10 +23,10 @@ from refseq_bench.worlds.light import light_named
 from tests.worlds.conftest import SMALL
 
 
-def random_keys(count: int, seed: int) -> SiftKeys:
+def random_keys(count: int, seed: int) -> PictureKeys:
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, 400, (count, 2)).astype(np.float32)
-    return SiftKeys(points, rng.integers(0, 256, (count, 128), dtype=np.uint8))
+    return PictureKeys(points, rng.integers(0, 256, (count, 128), dtype=np.uint8))
 
 
 def test_keys_are_found_again_in_the_same_picture_and_in_no_empty_one() -> None:
@@ -40,7 +41,7 @@ def test_keys_count_by_word_and_place_as_pairs_tried_one_by_one() -> None:
     moved = known.points + rng.uniform(-4, 4, known.points.shape).astype(np.float32)
     altered = np.clip(known.descriptors + rng.normal(0, 22, (40, 128)), 0, 255).astype(np.uint8)
     order = rng.permutation(40)
-    other = SiftKeys(moved[order], altered[order])
+    other = PictureKeys(moved[order], altered[order])
     hits = 0
     for point, descriptor in zip(*known, strict=True):
         distances = [np.linalg.norm(descriptor.astype(float) - d.astype(float)) for d in other.descriptors]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from refseq.belief import Stage, belief_from
 from refseq.features.key_fit import KeyFit
-from refseq.features.sift import SiftKeys
+from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.log_ratio import Calibration, unless_blind
 from refseq.map.blocks.few_places import FewPlaces
 from refseq.map.blocks.key_block import FEWEST, PRIOR, KeyBlock, laid, nearest_of_neighbours, score, together
@@ -112,7 +112,7 @@ def test_too_few_matches_tell_nothing(asked: Map, block: KeyBlock) -> None:
     take(block, asked, View(0.0, images={"camera": np.full((240, 480), 128, np.uint8)}))
     assert not block.sees
     keys = asked.keys(3)["camera"]
-    block.take({"camera": SiftKeys(keys.points[: FEWEST - 1], keys.descriptors[: FEWEST - 1])})
+    block.take({"camera": PictureKeys(keys.points[: FEWEST - 1], keys.descriptors[: FEWEST - 1])})
     assert block.sees
     assert block.told(np.arange(PLACES)).tolist() == [0.0] * PLACES
 
@@ -213,6 +213,6 @@ def test_maps_of_before_do_not_ask() -> None:
 
 
 def test_a_view_is_laid_by_the_cameras_that_both_have() -> None:
-    keys = SiftKeys(np.zeros((1, 2), np.float32), np.zeros((1, 128), np.uint8))
-    place: Mapping[str, SiftKeys] = {"left": keys, "right": keys}
+    keys = PictureKeys(np.zeros((1, 2), np.float32), np.zeros((1, 128), np.uint8))
+    place: Mapping[str, PictureKeys] = {"left": keys, "right": keys}
     assert laid(place, {"right": keys, "up": keys}) == {"right": KeyFit(matches=1)}

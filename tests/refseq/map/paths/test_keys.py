@@ -4,13 +4,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from refseq.features.sift import NO_KEYS, SiftKeys
+from refseq.features.sift import NO_KEYS
+from refseq.features.word_extractor import PictureKeys
 from refseq.map.paths.keys import MOST, PathKeys
 
 
-def drawn(rng: np.random.Generator, count: int) -> SiftKeys:
+def drawn(rng: np.random.Generator, count: int) -> PictureKeys:
     points = rng.uniform((0, 0), (1600, 1200), (count, 2)).astype(np.float32)
-    return SiftKeys(points, rng.integers(0, 256, (count, 128)).astype(np.uint8))
+    return PictureKeys(points, rng.integers(0, 256, (count, 128)).astype(np.uint8))
 
 
 @settings(deadline=None, max_examples=30, derandomize=True)
@@ -40,5 +41,5 @@ def test_the_strongest_are_kept_in_68_bytes_each() -> None:
 
 
 def test_pictures_wider_than_positions_reach_end_at_the_last() -> None:
-    kept = PathKeys.of([SiftKeys(np.array([[9000.0, -1.0]], np.float32), np.zeros((1, 128), np.uint8))])
+    kept = PathKeys.of([PictureKeys(np.array([[9000.0, -1.0]], np.float32), np.zeros((1, 128), np.uint8))])
     assert kept.at(0).points.tolist() == [[65535 / 8, 0.0]]
