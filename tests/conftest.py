@@ -12,6 +12,8 @@ import pytest
 from hypothesis import settings
 
 from refseq.features.memory import DescriptionMemory, described_once
+from refseq.features.neural.network import FILE
+from tests.key_network import write_key_network
 from tests.slowest import slowest
 
 # An example may take long for the first time, or on a busy machine: no test asserts a time on the wall clock.
@@ -63,6 +65,14 @@ def pictures_are_described_once(request: pytest.FixtureRequest) -> Iterator[None
     else:
         with described_once(MEMORY):
             yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def a_network_finds_keys(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Name a small network for all that ask one, whatever the user has."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(FILE, str(write_key_network(tmp_path_factory.mktemp("network") / "keys.onnx")))
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

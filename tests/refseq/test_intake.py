@@ -335,7 +335,7 @@ def test_a_stage_goes_by_its_name_too(stage: Stage) -> None:
         (lambda: Localiser(learnt(), seed=None), "seed None is not valid; valid is a whole number from 0"),
         (
             lambda: learn(walk(), profile=None),
-            "profile None is unknown; valid are thesis, counting, best, or a Profile",
+            "profile None is unknown; valid are thesis, counting, best, neural, or a Profile",
         ),
         (lambda: learn(walk(), name=3), "the path's name is 3; valid is a text"),
         (

@@ -1,6 +1,7 @@
 """Small real files to damage: maps, an atlas, a drive and beliefs about it, made once a process."""
 
 import atexit
+import os
 import shutil
 import tempfile
 from dataclasses import replace
@@ -11,6 +12,7 @@ import numpy as np
 
 from refseq.atlas.merge import merge
 from refseq.features.dense import DenseSettings
+from refseq.features.neural.network import FILE
 from refseq.features.sift import SiftSettings
 from refseq.logs import RecordingWriter
 from refseq.logs.beliefs import write_beliefs
@@ -19,6 +21,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.profile import BEST, THESIS
 from refseq.planar import Pose, after_motion
+from tests.key_network import write_key_network
 from tests.support import corridor_drive
 
 MAPS = ("thesis.refseq", "best.refseq", "atlas.refseq")
@@ -35,6 +38,7 @@ def samples() -> Path:
     """A folder of ``MAPS``, a ``DRIVE`` of two views, and ``BELIEFS`` about it in the thesis' map."""
     folder = Path(tempfile.mkdtemp(prefix="samples-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ.setdefault(FILE, str(write_key_network(folder / "keys.onnx")))
     views = corridor_drive(np.random.default_rng(1), count=9, size=48)
     thesis, best = replace(THESIS, **SMALL), replace(BEST, **SMALL)
     learnt = learn(views[:6], profile=thesis, features=tuple(FEATURES))

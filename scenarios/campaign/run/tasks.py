@@ -34,8 +34,8 @@ from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
 from refseq_bench.scenarios.campaign.store.views import read_views, recording_key, source_key
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import input_errors
+from refseq_bench.scenarios.methods import networks
 from refseq_bench.scenarios.methods.by_name import profile_of
-from refseq_bench.scenarios.methods.networks import networks_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.methods.shelf import WHOLE, Learning
@@ -43,7 +43,7 @@ from refseq_bench.sim.drives import signal_faults
 from refseq_bench.sim.drives.signal_faults import SignalFault, with_signal_faults
 from refseq_bench.sim.errors import StuckError
 
-HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__)
+HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__, networks.__name__)
 """Modules that hand views to those that learn and answer: their own text counts in a key, not all that they import."""
 
 
@@ -168,7 +168,7 @@ class Question(ABC):
     def networks(self) -> Mapping[str, str]:
         """Digests of the neural networks that methods of ours ask. Raises ``AbsentError`` where one is missing."""
         try:
-            return networks_of(self.methods)
+            return networks.networks_of(self.methods, self.made_by.features)
         except MapError as error:
             raise AbsentError(str(error)) from None
 

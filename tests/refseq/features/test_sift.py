@@ -143,8 +143,8 @@ def test_state_makes_the_same_extractor_again() -> None:
 
 def test_keys_are_found_once_in_a_picture_that_somebody_holds(monkeypatch: pytest.MonkeyPatch) -> None:
     words, looked_at = sift(), list[int]()
-    find = words._find
-    monkeypatch.setattr(words, "_find", lambda image: looked_at.append(id(image)) or find(image))
+    find = words.find_keys
+    monkeypatch.setattr(words, "find_keys", lambda image: looked_at.append(id(image)) or find(image))
     pictures = [texture(seed) for seed in range(3)]
     found = [words.keys(picture) for picture in pictures]
     assert all(words.drawn(picture) is keys for picture, keys in zip(pictures, found, strict=True))

@@ -7,7 +7,18 @@ from refseq.errors import MapError
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.map.extractors import FEATURES
-from refseq.map.profile import BEST, COUNTING, LATER, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
+from refseq.map.profile import (
+    BEST,
+    COUNTING,
+    LATER,
+    NEURAL,
+    PROFILES,
+    THESIS,
+    Decoder,
+    Matching,
+    Profile,
+    profile_named,
+)
 
 
 def test_round_trip_through_json() -> None:
@@ -87,7 +98,7 @@ def test_named_profiles_survive_json(name: str) -> None:
 
 
 def test_the_names_are_those_of_the_thesis_and_ours() -> None:
-    assert dict(PROFILES) == {"thesis": THESIS, "counting": COUNTING, "best": BEST}
+    assert dict(PROFILES) == {"thesis": THESIS, "counting": COUNTING, "best": BEST, "neural": NEURAL}
     assert Profile() == THESIS
     assert replace(COUNTING, mixture=THESIS.mixture) == THESIS, "nothing but EM is left out"
     assert (THESIS.method.matching, THESIS.method.decoding) == (Matching.MIXTURE, Decoder.VITERBI)
@@ -100,7 +111,7 @@ def test_the_names_are_those_of_the_thesis_and_ours() -> None:
 def test_another_name_is_refused(name: str) -> None:
     with pytest.raises(MapError) as caught:
         profile_named(name)
-    assert str(caught.value) == f"profile {name!r} is unknown; valid are thesis, counting, best"
+    assert str(caught.value) == f"profile {name!r} is unknown; valid are thesis, counting, best, neural"
 
 
 @pytest.mark.parametrize("features", [None, "sift", ["sift", 3], {"sift": 1}])

@@ -51,6 +51,7 @@ OWN = {
     "kidnap",
     "detour",
     "lost-view",
+    "neural-keys",
     "moved-furniture",
     "crowd",
     "other-robot",

@@ -207,7 +207,7 @@ BAD = {
     ),
     "feature": (
         GOOD + '[localise]\nlearn.features = ["walls", "smell"]\n',
-        "localise.learn.features.1: 'smell' is not valid; it should be one of sift, dense, walls, doors, corners",
+        "localise.learn.features.1: 'smell' is not valid; it should be one of sift, neural, dense, walls, doors",
     ),
     "no feature": (GOOD + "[localise]\nlearn.features = []\n", "localise.learn.features = [] is not valid"),
     "no words": (GOOD + "[localise]\nlearn.words = 0\n", "localise.learn.words = 0 is not valid"),

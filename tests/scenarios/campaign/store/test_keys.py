@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from refseq.features.neural.network import FILE
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
 from refseq_bench.scenarios.campaign.declare.real_recordings import Log
 from refseq_bench.scenarios.campaign.run import remote_payload
@@ -222,8 +223,12 @@ def ran(logs: Path, tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, li
     """Files in which code ran, by what was made meanwhile."""
     ended = subprocess.run(
         [sys.executable, traced.__file__, str(logs), str(tmp_path_factory.mktemp("traced"))],
-        cwd=ROOT, env={"PYTHONPATH": str(ROOT), "PATH": ""}, check=True, capture_output=True, text=True,
-    )  # fmt: skip
+        cwd=ROOT,
+        env={"PYTHONPATH": str(ROOT), "PATH": "", FILE: os.environ[FILE]},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     return dict(json.loads(ended.stdout.splitlines()[-1]))
 
 
