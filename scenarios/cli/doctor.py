@@ -1,11 +1,13 @@
 """Check what this machine offers the bench, tell the cost of each missing piece, and the one line that mends it."""
 
 import importlib.metadata
+import importlib.util
 import os
 import platform
 import shutil
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,7 +91,8 @@ def checks(*, frames: bool = False) -> list[Check]:
     With ``frames``, where nothing needed is missing, each renderer draws pictures of a world: half a minute more.
     """
     here = Path.cwd()
-    found = [_python(), *_packages(), *_graphics(), _guests(), _write_access(here), _disk(here), _memory()]
+    machine = [_guests(), _write_access(here), _disk(here), _memory()]
+    found = [_python(), *_packages(), *_graphics(), *_key_network(), *machine]
     return [*found, *_frames()] if frames and not any(check.needed and not check.ok for check in found) else found
 
 
@@ -208,6 +211,28 @@ def _frames() -> list[Check]:
         )
         for rate in frame_rates(*FRAMES_OF)
     ]
+
+
+def _key_network() -> list[Check]:
+    """The user's neural network that finds keys, where one is named and OpenCV is there to run it."""
+    if not os.environ.get("REFSEQ_KEYPOINTS") or importlib.util.find_spec("cv2") is None:
+        return []
+    import numpy as np
+
+    from refseq.errors import RefseqError
+    from refseq.features.neural.network import FILE, key_network
+    from refseq.features.neural.words import NeuralSettings
+
+    width, height = NeuralSettings().width, NeuralSettings().height
+    try:
+        network = key_network((width, height))
+    except RefseqError as error:
+        return [Check("Key network", str(error), False, "no profile neural", f"export {FILE}=FILE.onnx", needed=False)]
+    began = time.perf_counter()
+    network.maps(np.zeros((height, width), np.uint8))
+    took = time.perf_counter() - began
+    told = f"sha256 {network.digest[:12]}…, {network.depth} values a key, {1e3 * took:.0f} ms a picture"
+    return [Check("Key network", told, ok=True)]
 
 
 def _guests() -> Check:

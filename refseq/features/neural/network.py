@@ -86,7 +86,8 @@ def key_network(size: tuple[int, int], digest: str = "") -> KeyNetwork:
         stamp = path.stat()
         found = _opened(path, size, (stamp.st_mtime_ns, stamp.st_size))
     except OSError as error:
-        raise MapError(f"{FILE}: {path}: cannot be read: {error.strerror or error}; valid is an ONNX file") from None
+        cause = str(error.strerror or error).partition(";")[0]
+        raise MapError(f"{FILE}: {path}: cannot be read: {cause}; valid is {wanted}") from None
     except ValueError as error:
         raise MapError(f"{FILE}: {path}: {error}") from None
     if digest and found.digest != digest:

@@ -26,7 +26,7 @@ class NeuralSettings:
 
     cap: int = 400
     floor: float = 0.05
-    alias_distance: float = 0.35
+    alias_distance: float = 0.5
     width: int = 640
     height: int = 480
     exact_up_to: int = 20_000

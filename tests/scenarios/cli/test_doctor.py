@@ -1,5 +1,6 @@
 import importlib.metadata
 import io
+import re
 import subprocess
 import sys
 import tomllib
@@ -9,6 +10,7 @@ import pytest
 from packaging.requirements import Requirement
 from rich.console import Console
 
+from refseq.features.neural.network import FILE
 from refseq_bench.scenarios.cli import doctor
 from refseq_bench.scenarios.cli.doctor import Check, checks, missing_packages, report
 from refseq_bench.scenarios.world_survey import frame_rates
@@ -84,6 +86,17 @@ def test_a_checkout_that_is_not_installed_says_so(machine):
 def test_an_optional_package_of_an_extra_is_not_asked_for(machine):
     machine.setattr(importlib.metadata, "requires", lambda _: ["ray>=2; extra == 'cluster'", "numpy>=2"])
     assert "ray" not in {check.name for check in checks()}
+
+
+def test_a_network_that_finds_keys_is_told_where_one_is_named(machine, tmp_path):
+    assert re.match(r"sha256 [0-9a-f]{12}…, 16 values a key, \d+ ms a picture$", named("Key network").found)
+    machine.setenv(FILE, str(tmp_path))
+    found = named("Key network")
+    assert not found.ok
+    assert not found.needed
+    assert found.found == f"{FILE}: {tmp_path}: cannot be read: is a folder; valid is the path of an ONNX file"
+    machine.delenv(FILE)
+    assert "Key network" not in {check.name for check in checks()}
 
 
 def test_a_python_outside_the_bounds_is_told(machine):
