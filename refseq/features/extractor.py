@@ -25,6 +25,9 @@ class Extractor(Protocol):
     def size(self) -> int:
         """Number of known features."""
 
+    def prepare(self) -> None:
+        """Open what describing a view needs, before the first one. Raises ``MapError`` where that is missing."""
+
     def learn(self, view: View) -> NDArray[np.intp]:
         """Ids of the features in a view of the reference drive; what was never seen becomes a new feature."""
 
@@ -57,6 +60,9 @@ class Observed(NamedTuple):
 
 class BaseExtractor(ABC):
     """Base of all extractors: to observe is to describe and to recognise."""
+
+    def prepare(self) -> None:  # noqa: B027 - most need nothing
+        """Open what describing a view needs: nothing."""
 
     @abstractmethod
     def describe(self, view: View) -> Any:

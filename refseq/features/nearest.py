@@ -56,8 +56,8 @@ def squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     """Squared Euclidean distances, (len(a), len(b)), which do not depend on what else is in ``a`` and ``b``.
 
     A product of matrices rounds differently with its shape, which would make the vocabulary depend on how descriptors
-    come in images. Bytes are safe from that: their sums over up to 129 stay below 2²⁴, float32's last exact whole
-    number. Other numbers are compared pair by pair.
+    come in images. Bytes are safe from that: less 128, their sums over up to 256 stay below 2²⁴, float32's last exact
+    whole number. Other numbers are compared pair by pair.
     """
     if not _multiplies(a):
         from scipy.spatial.distance import cdist  # takes long to import, and few descriptors are of such numbers
@@ -68,17 +68,22 @@ def squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
 
 
 def _multiplies(words: NDArray[Any]) -> bool:
-    return words.dtype == np.uint8 and words.shape[1] <= 129
+    return words.dtype == np.uint8 and words.shape[1] <= 256
 
 
 def _block(words: NDArray[Any]) -> WordBlock:
-    y = words.astype(np.float32)
+    y = _centred(words)
     return WordBlock(-2 * y.T, np.einsum("ij,ij->i", y, y))
 
 
 def _products(descriptors: NDArray[Any], block: WordBlock) -> NDArray[np.float32]:
-    x = descriptors.astype(np.float32)
+    x = _centred(descriptors)
     squared: NDArray[np.float32] = x @ block.factors
     squared += np.einsum("ij,ij->i", x, x)[:, None]
     squared += block.squares[None, :]
     return squared
+
+
+def _centred(bytes_: NDArray[Any]) -> NDArray[np.float32]:
+    """Whole numbers from −128 to 127, which have the same distances."""
+    return bytes_.astype(np.float32) - np.float32(128)

@@ -11,8 +11,8 @@ from refseq.features import Extractor
 from refseq.health.change import MOST, bounded, gaussian
 from refseq.view import View
 
-FEATURE = "sift"
-"""Words of this feature are compared: dense ones are so common that they fit everywhere."""
+OF_KEYS = ("sift/", "neural/")
+"""Words of these features are compared, of a camera's first one: dense ones are so common that they fit everywhere."""
 
 OWN, OTHERS = (0.25, 0.18), (-0.25, 0.18)
 """Mean and deviation of the share of a camera's descriptors known as its own less that known as the other's, of cameras
@@ -26,7 +26,7 @@ class ExchangeWatch:
     """Pairs of cameras of a map, of which each view tells how well they fit their own words and each other's."""
 
     def __init__(self, extractors: Sequence[Sequence[Extractor]]) -> None:
-        self._words = [{e.sensor: e for e in own if e.key.startswith(f"{FEATURE}/")} for own in extractors]
+        self._words = [{e.sensor: e for e in reversed(own) if e.key.startswith(OF_KEYS)} for own in extractors]
         self._pairs = list(combinations(sorted(self._words[0]), 2))
 
     def ratios(self, view: View, described: Mapping[str, Any]) -> Mapping[str, float]:

@@ -1,6 +1,7 @@
 """Learning a map: a first drive becomes a reference sequence, one place a view (familiarisation)."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from numbers import Integral
 from types import MappingProxyType
 
@@ -9,6 +10,7 @@ import numpy as np
 from refseq.dead_reckoning import dead_reckoned
 from refseq.errors import MapError, ViewError
 from refseq.features.extractor import Extractor
+from refseq.features.neural.words import NeuralWords, pinned
 from refseq.features.sift import NO_KEYS, SiftWords
 from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.incidence import IncidenceMatrix
@@ -17,7 +19,7 @@ from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
 from refseq.map.paths.annotations import annotations_of
 from refseq.map.paths.keys import PathKeys
-from refseq.map.profile import THESIS, Profile, profile_of
+from refseq.map.profile import NEURAL_FEATURE, THESIS, Profile, profile_of
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
 from refseq.scan_matching.panorama import panoramas
@@ -42,7 +44,8 @@ def learn(
     ``most_informative`` only so many words are kept, those that tell most about the place (2.6).
 
     Raises ``MapError`` where there is no view, where no word is to be kept, where a sensor asked for is in none of the
-    views, and where the profile or a feature is unknown or no feature fits the sensors; also where the views are one
+    views, where the profile or a feature is unknown or no feature fits the sensors, and where a feature asks a neural
+    network and there is none; also where the views are one
     place, or the odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a
     motion that is no finite number, for a laser that no beam came back to, and where nothing is seen.
     """
@@ -55,8 +58,9 @@ def learn(
     wanted = check_sensors(drive, names_in(sensors), "the drive")
     names = names_in(features) or chosen.features
     if any(sensor != LASER for sensor in wanted):
-        chosen = chosen.with_network(names)
+        chosen = with_network(chosen, names)
     extractors = make_extractors(names, wanted, chosen)
+    check_geometry(chosen, extractors)
     check_motions(drive)
     check_way(drive)
     columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
@@ -76,6 +80,15 @@ def learn(
     return Map.of(sequence, name, annotations_of(drive), scans, times, keys.learnt())
 
 
+def with_network(profile: Profile, features: Sequence[str] | None = None) -> Profile:
+    """A profile with the user's neural network named, if ``features``, by default its own, ask one.
+
+    Raises ``MapError`` without one.
+    """
+    asked = NEURAL_FEATURE in (features or profile.features)
+    return replace(profile, neural=pinned(profile.neural)) if asked else profile
+
+
 class _KeysOnTheWay:
     """Keys of each camera that some extractors find words of, view by view."""
 
@@ -89,6 +102,13 @@ class _KeysOnTheWay:
 
     def learnt(self) -> Mapping[str, PathKeys]:
         return {camera: PathKeys.of(views) for camera, views in self._found.items()}
+
+
+def check_geometry(profile: Profile, extractors: Sequence[Extractor]) -> None:
+    """Raise ``MapError`` for a profile that lays keys on each other where only a network finds any: they are SIFT's."""
+    kinds = {type(one) for one in extractors}
+    if profile.log_ratio.geometry > 0 and NeuralWords in kinds and SiftWords not in kinds:
+        raise MapError("log_ratio.geometry lays keys of SIFT on each other; valid is 0, or 'sift' among the features")
 
 
 def check_way(views: Sequence[View]) -> None:
@@ -115,6 +135,10 @@ def check_seen(views: Sequence[View], extractors: Sequence[Extractor]) -> None:
     A camera that saw bare walls says nothing later on; a blind laser would speak against every place.
     """
     sensors = {extractor.sensor for extractor in extractors}
+    neural = [extractor for extractor in extractors if isinstance(extractor, NeuralWords)]
+    if neural and not any(extractor.size for extractor in neural):
+        floor = neural[0].settings.floor
+        raise ViewError(f"no picture of {len(views)} views has a key of score {floor:g}; valid is a lower neural.floor")
     if LASER in sensors and not any(view.scan is not None and view.scan.returned.any() for view in views):
         raise ViewError(f"laser: no beam came back in any of {len(views)} views; valid is to learn from the others")
     if not any(extractor.size for extractor in extractors):

@@ -53,7 +53,8 @@ class Matcher:
     """Views to measurements, one for each sequence; what all sequences need of a view is described once.
 
     ``sensors`` is a subset of the map's (default: all); a view that lacks one is matched by the others. Raises
-    ``MapError`` for a sensor that the map does not have. ``described`` is what was found in the last view, by
+    ``MapError`` for a sensor that the map does not have, and without the neural network that it was learnt with.
+    ``described`` is what was found in the last view, by
     extractor.
     """
 
@@ -62,6 +63,8 @@ class Matcher:
         check_seed(seed)
         self._sequences = map_.sequences
         self.extractors = [tuple(e for e in one.extractors if e.sensor in wanted) for one in map_.sequences]
+        for one in (e for own in self.extractors for e in own):
+            one.prepare()
         self._seed = seed
         self._count = 0
         self.described: Mapping[str, Any] = {}

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cache, lru_cache
@@ -13,7 +13,7 @@ from refseq.errors import MapError
 from refseq.features.dense import DenseSettings
 from refseq.features.doors import DoorSettings
 from refseq.features.hu import HuSettings
-from refseq.features.neural.words import NeuralSettings, named
+from refseq.features.neural.words import Digest, NeuralSettings
 from refseq.features.sectors import SectorSettings
 from refseq.features.sift import SiftSettings
 from refseq.features.walls import WallSettings
@@ -73,13 +73,6 @@ class Profile:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, words and truth values, for a map's header."""
         return asdict(self) | {"features": list(self.features)}
-
-    def with_network(self, features: Sequence[str] | None = None) -> Self:
-        """The same with the user's neural network named, if ``features``, by default its own, ask one.
-
-        Raises ``MapError`` without one.
-        """
-        return replace(self, neural=named(self.neural)) if NEURAL_FEATURE in (features or self.features) else self
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
@@ -214,10 +207,10 @@ def _value(where: str, value: object, kind: type, valid: Range | None) -> object
         if value not in list(kind):  # not in a set: a list in a damaged file has no hash
             raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
         return kind(str(value))
-    if kind is str:
+    if kind is Digest:
         if not isinstance(value, str) or not DIGEST.fullmatch(value):
             raise ValueError(f"{where} is {value!r:.80}; valid are the 64 hexadecimal digits of a SHA-256, or none")
-        return value
+        return Digest(value)
     if valid is None:
         if not isinstance(value, bool):
             raise ValueError(f"{where} is {value!r:.60}; valid is true or false")

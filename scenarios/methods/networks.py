@@ -1,20 +1,30 @@
-"""Neural networks by which methods of ours find keys: files of the user's, which change what is answered."""
+"""The neural network by which methods find keys: a file of the user's, which changes what is answered."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
-from refseq.map.profile import profile_named
+from refseq.map.learning import with_network
+from refseq.map.profile import NEURAL_FEATURE, profile_named
+from refseq.view import LASER
 from refseq_bench.scenarios.methods.by_name import profile_of
 
+OF_BASELINES = "thesis"
+"""Profile with which baselines learn maps."""
 
-def network_digest(profile: str, features: Sequence[str] | None = None) -> str | None:
-    """SHA-256 of the network that a profile finds keys by, None where ``features``, by default its own, ask none.
 
-    Raises ``MapError`` without it.
+def asks_network(profile: str, features: Sequence[str] | None = None) -> bool:
+    """True where ``features``, by default those of the profile, ask a network."""
+    return NEURAL_FEATURE in (features or profile_named(profile).features)
+
+
+def network_of(
+    methods: Sequence[str], features: Sequence[str] | None = None, sensors: Collection[str] | None = None
+) -> str | None:
+    """SHA-256 of the network that some methods ask who look at some ``sensors`` (None: all); None: they ask none.
+
+    Raises ``MapError`` where it is missing.
     """
-    return profile_named(profile).with_network(features).neural.network or None
-
-
-def networks_of(methods: Iterable[str], features: Sequence[str] | None = None) -> Mapping[str, str]:
-    """Digests of the networks that some methods ask, by their profiles. Raises ``MapError`` where one is missing."""
-    profiles = filter(None, map(profile_of, methods))
-    return {profile: digest for profile in profiles if (digest := network_digest(profile, features))}
+    profiles = [profile_of(method) or OF_BASELINES for method in methods]
+    asking = [profile for profile in profiles if asks_network(profile, features)]
+    if not asking or (sensors is not None and set(sensors) == {LASER}):
+        return None
+    return with_network(profile_named(asking[0]), features).neural.network

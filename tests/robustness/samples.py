@@ -38,7 +38,7 @@ def samples() -> Path:
     """A folder of ``MAPS``, a ``DRIVE`` of two views, and ``BELIEFS`` about it in the thesis' map."""
     folder = Path(tempfile.mkdtemp(prefix="samples-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    os.environ.setdefault(FILE, str(write_key_network(folder / "keys.onnx")))
+    os.environ[FILE] = str(write_key_network(folder / "keys.onnx"))  # whatever the user has
     views = corridor_drive(np.random.default_rng(1), count=9, size=48)
     thesis, best = replace(THESIS, **SMALL), replace(BEST, **SMALL)
     learnt = learn(views[:6], profile=thesis, features=tuple(FEATURES))

@@ -69,6 +69,8 @@ class KeyNetwork:
                 f"answers with score {score.shape} and descriptors {descriptors.shape}; valid are "
                 f"(1, 1, {height}, {width}) and (1, D, rows, columns)"
             )
+        if not (np.isfinite(score).all() and np.isfinite(descriptors).all()):
+            raise ValueError("answers with numbers that are not finite")
         return KeyMaps(score[0, 0], descriptors[0])
 
 

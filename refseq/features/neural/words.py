@@ -6,11 +6,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.errors import MapError
 from refseq.features.neural.keys import SCALE, as_bytes, peaks, sampled
 from refseq.features.neural.network import KeyNetwork, key_network
 from refseq.features.vocabulary import Vocabulary
 from refseq.features.word_extractor import KeyWords, PictureKeys
 from refseq.view import View
+
+
+class Digest(str):
+    """A SHA-256 in hexadecimal digits, or nothing."""
+
+    __slots__ = ()
+
+
+NO_DIGEST = Digest()
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +40,11 @@ class NeuralSettings:
     width: int = 640
     height: int = 480
     exact_up_to: int = 20_000
-    network: str = ""
+    network: Digest = NO_DIGEST
 
 
 class NeuralWords(KeyWords):
-    """Words of a camera's image. The network is opened when it is first asked: a map is shown without it."""
+    """Words of a camera's image. The network is opened by ``prepare``, or when it is first asked, and stays open."""
 
     settings: NeuralSettings
 
@@ -43,6 +53,7 @@ class NeuralWords(KeyWords):
         self.key = f"neural/{camera}"
         self.sensor = camera
         self.settings = settings
+        self._opened: KeyNetwork | None = None
         self._fresh = words is None
         self._begin(np.zeros((0, 0), np.uint8) if words is None else words)
 
@@ -50,10 +61,18 @@ class NeuralWords(KeyWords):
         s = self.settings
         self.vocabulary = Vocabulary(SCALE * s.alias_distance, words, s.exact_up_to)
 
+    def prepare(self) -> None:
+        """Open the network. Raises ``MapError`` without it, and for words that it cannot have described."""
+        network = self._network
+        if self.size and self.vocabulary.words.shape[1] != network.depth:
+            found = self.vocabulary.words.shape[1]
+            raise MapError(f"{self.key}: words have {found} values; valid are the {network.depth} of its network")
+
     @property
     def _network(self) -> KeyNetwork:
-        """Raises ``MapError``."""
-        return key_network((self.settings.width, self.settings.height), self.settings.network)
+        if self._opened is None:
+            self._opened = key_network((self.settings.width, self.settings.height), self.settings.network)
+        return self._opened
 
     def learn(self, view: View) -> NDArray[np.intp]:
         """Words of a reference view; unknown descriptors become words. Raises ``MapError`` without the network."""
@@ -65,15 +84,21 @@ class NeuralWords(KeyWords):
     def find_keys(self, image: NDArray[np.uint8]) -> PictureKeys:
         """The keys with the best scores, at most ``cap``. Raises ``MapError`` without the network."""
         s, network = self.settings, self._network
-        brought = np.asarray(cv2.resize(image, network.size, interpolation=cv2.INTER_AREA), np.uint8)
-        maps = network.maps(brought)
+        maps = network.maps(_brought(image, network.size))
         pixels = peaks(maps.score, s.floor, s.cap)
         scale = np.array(image.shape[::-1]) / network.size
         points = ((pixels + 0.5) * scale - 0.5).astype(np.float32)
         return PictureKeys(points, as_bytes(sampled(maps.descriptors, pixels, network.size)))
 
 
-def named(settings: NeuralSettings) -> NeuralSettings:
-    """The settings with the network that the user has. Raises ``MapError`` without one."""
+def _brought(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    """A picture as large as the network takes it. Pixels that become fewer are averaged."""
+    fewer = image.shape[1] >= size[0] and image.shape[0] >= size[1]
+    way = cv2.INTER_AREA if fewer else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(image, size, interpolation=way), np.uint8)
+
+
+def pinned(settings: NeuralSettings) -> NeuralSettings:
+    """The settings with the digest of the user's network. Raises ``MapError`` without one."""
     network = key_network((settings.width, settings.height), settings.network)
-    return replace(settings, network=network.digest)
+    return replace(settings, network=Digest(network.digest))

@@ -51,7 +51,7 @@ class MissionTask(Question):
             "mission",
             self.methods,
             self.plugins,
-            *self.networks.values(),
+            *filter(None, [self.network]),
             *self.sources,
             self.sensors,
             self.seed,

@@ -33,9 +33,10 @@ from refseq_bench.scenarios.campaign.store.cache import ANSWERS, RECORDING, Dama
 from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
 from refseq_bench.scenarios.campaign.store.views import read_views, recording_key, source_key
 from refseq_bench.scenarios.drives.record import Drive, record
-from refseq_bench.scenarios.errors import input_errors
+from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.methods import networks
 from refseq_bench.scenarios.methods.by_name import profile_of
+from refseq_bench.scenarios.methods.networks import asks_network, network_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.methods.shelf import WHOLE, Learning
@@ -164,16 +165,25 @@ class Question(ABC):
         """Digests of users' localisers among the methods."""
         return {name: plugin_digest(name) for name in self.methods if is_plugin(name)}
 
-    @property
-    def networks(self) -> Mapping[str, str]:
-        """Digests of the neural networks that methods of ours ask. Raises ``AbsentError`` where one is missing."""
+    @cached_property
+    def network(self) -> str | None:
+        """SHA-256 of the neural network that the methods ask, None: none. Raises ``AbsentError`` where it is missing.
+
+        As ``sources``, it is reckoned where the campaign is run.
+        """
         try:
-            return networks.networks_of(self.methods, self.made_by.features)
+            return network_of(self.methods, self.made_by.features, self.sensors)
         except MapError as error:
             raise AbsentError(str(error)) from None
 
+    def check_network(self) -> None:
+        """Raise ``ScenarioError`` where the network at hand is another one."""
+        if (here := network_of(self.methods, self.made_by.features, self.sensors)) != self.network:
+            raise ScenarioError(f"the neural network here is sha256 {here:.12}…; valid is {self.network:.12}…")
+
     def learnt(self, store: Store) -> dict[str, Reference]:
         """The references by name, with the maps of them that are kept: many queries are compared with the same one."""
+        self.check_network()
         drives = zip(names_of(self.references), learnt_drives(self, store), self.sources, strict=False)
         return {
             name: Reference(drive.views, kept_maps(store, self.made_by, partial(self._map_key, source)))
@@ -189,8 +199,10 @@ class Question(ABC):
 
     def _map_key(self, source: str, profile: str) -> str:
         code = code_digest(learning.__name__, READER, alone=HANDS)
-        network = [digest] if (digest := self.networks.get(profile)) else []
-        return key_of("map", profile, *network, source, self.places, self.sensors, self.made_by.features, code)
+        network = self.network if asks_network(profile, self.made_by.features) else None
+        return key_of(
+            "map", profile, *filter(None, [network]), source, self.places, self.sensors, self.made_by.features, code
+        )
 
 
 @dataclass(frozen=True)
@@ -209,7 +221,7 @@ class AnswerTask(Question):
             "answers",
             self.methods,
             self.plugins,
-            *self.networks.values(),
+            *filter(None, [self.network]),
             *self.sources,
             names_of(self.references),
             self.places,

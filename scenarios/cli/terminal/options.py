@@ -153,14 +153,15 @@ Profile = Annotated[
     option(
         "PROFILE",
         "thesis: the method of 2008, with its values; counting: it without EM; best: ours; "
-        "thesis+chain.window=20: with a setting of yours.",
+        "neural: it, by keys of a neural network of yours; thesis+chain.window=20: with a setting of yours.",
     ),
 ]
 Features = Annotated[
     str | None,
     option(
         "NAMES",
-        "Only these of sift, dense, walls, doors, boundary, hu and sectors, commas between. [default: the profile's]",
+        "Only these of sift, neural, dense, walls, doors, corners, boundary, hu and sectors, commas between. "
+        "[default: the profile's]",
     ),
 ]
 Sensors = Annotated[str | None, SENSORS]

@@ -54,6 +54,14 @@ def test_words_of_the_other_camera_speak_for_an_exchange_as_much_as_own_ones_aga
     assert ratio(watch, others, some) == pytest.approx(-ratio(watch, some, others))
 
 
+@pytest.mark.parametrize(("feature", "watched"), [("sift", True), ("neural", True), ("dense", False)])
+def test_words_of_keys_are_compared_whoever_found_them(feature: str, watched: bool):
+    watch, _ = watch_of(WORDS, feature=feature)
+    images = {LEFT: np.arange(100, 120, dtype=np.uint8), RIGHT: np.arange(20, dtype=np.uint8)}
+    both = View(0.0, images={name: image[None] for name, image in images.items()})
+    assert watch.ratios(both, {}) == ({LEFT: MOST, RIGHT: MOST} if watched else {})
+
+
 def test_what_neither_or_both_cameras_know_says_nothing():
     watch, _ = watch_of({LEFT: set(range(100)), RIGHT: set(range(100))})
     assert ratio(watch, range(20), range(20)) == 0

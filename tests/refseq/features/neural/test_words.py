@@ -5,9 +5,9 @@ import cv2
 import numpy as np
 import pytest
 
-from refseq.errors import MapError
+from refseq.errors import MapError, ViewError
 from refseq.features.neural.network import FILE
-from refseq.features.neural.words import NeuralSettings, NeuralWords, named
+from refseq.features.neural.words import NeuralSettings, NeuralWords, pinned
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
@@ -72,7 +72,7 @@ def test_the_cap_keeps_the_strongest_and_the_floor_leaves_out_the_weakest(file: 
 
 
 def test_a_picture_shows_the_words_that_it_taught(file: Path, drive: list[View]) -> None:
-    words = NeuralWords("camera", SMALL)
+    words = NeuralWords("camera", replace(SMALL, alias_distance=0.2))
     image = next(iter(drive[0].images.values()))
     taught = words.learn(seen(image))
     assert len(taught) > 10
@@ -90,7 +90,7 @@ def test_a_map_carries_the_network_and_answers_the_same_from_its_file(
     profile: Profile, drive: list[View], tmp_path: Path
 ) -> None:
     learnt = learn(drive, profile=profile)
-    assert learnt.profile.neural == named(SMALL)
+    assert learnt.profile.neural == pinned(SMALL)
     learnt.save(tmp_path / "map.refseq")
     again = Map.load(tmp_path / "map.refseq")
     for view in drive:
@@ -108,7 +108,34 @@ def test_a_map_is_read_without_the_network_and_asked_only_with_its_own(
         map_ = Map.load(tmp_path / "map.refseq")
         assert len(map_) == len(drive)
         with pytest.raises(MapError, match=reason):
-            Localiser(map_).update(drive[0])
+            Localiser(map_)
+        Localiser(map_, sensors=["laser"]).update(drive[0])
+
+
+def test_a_localiser_goes_on_when_the_file_is_gone(profile: Profile, file: Path, drive: list[View]) -> None:
+    localiser = Localiser(learn(drive, profile=profile))
+    file.unlink()
+    assert localiser.update(drive[3]).best == 3
+
+
+def test_words_that_no_network_can_have_described_are_refused(file: Path) -> None:
+    words = NeuralWords("camera", SMALL, np.zeros((5, 7), np.uint8))
+    with pytest.raises(MapError, match="neural/camera: words have 7 values; valid are the 16 of its network"):
+        words.prepare()
+
+
+def test_a_floor_that_no_key_reaches_is_refused(profile: Profile, drive: list[View]) -> None:
+    with pytest.raises(
+        ViewError, match=r"no picture of 12 views has a key of score 50; valid is a lower neural\.floor"
+    ):
+        learn(drive, profile=replace(profile, neural=replace(SMALL, floor=50.0)))
+
+
+def test_geometry_asks_keys_of_sift(profile: Profile, drive: list[View]) -> None:
+    asked = replace(profile, log_ratio=replace(profile.log_ratio, geometry=8))
+    with pytest.raises(MapError, match=r"log_ratio\.geometry lays keys of SIFT on each other; valid is 0, or 'sift'"):
+        learn(drive, profile=asked)
+    assert learn(drive, profile=asked, features=("sift", "neural")).keys(3)
 
 
 def test_a_laser_alone_asks_no_network(drive: list[View], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,7 +147,7 @@ def test_any_profile_may_ask_it_beside_its_other_features(profile: Profile, driv
     asked = replace(BEST, neural=SMALL)
     learnt = learn(drive, profile=asked, features=("sift", "neural"))
     assert {key.partition("/")[0] for key in learnt.sequences[0].matrix.blocks} == {"sift", "neural"}
-    assert learnt.profile.neural.network == named(SMALL).network
+    assert learnt.profile.neural.network == pinned(SMALL).network
 
 
 @pytest.mark.parametrize("digest", ["0123", "g" * 64, 3, None, "A" * 64])
