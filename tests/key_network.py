@@ -15,13 +15,17 @@ FLOAT, INTS = 1, 7
 
 
 def write_key_network(path: Path, width: int = 640, height: int = 480, seed: int = 1, depth: int = DEPTH) -> Path:
-    """Write one for pictures of that size; another ``seed`` describes keys in another way."""
+    """Write one for pictures of that size; another ``seed`` describes keys in another way.
+
+    As those of others, it takes no other size: it adds a map to one of its own.
+    """
     filters = np.random.default_rng(seed).normal(size=(depth, 1, CELL, CELL))
     filters -= filters.mean(axis=(1, 2, 3), keepdims=True)
     laplacian = np.array([[0, 1, 0], [1, -4, 1], [0, 1, 0]], np.float32).reshape(1, 1, 3, 3)
     nodes = [
         _node("Conv", ["image", "laplacian"], "curvature", pads=[1, 1, 1, 1]),
-        _node("Abs", ["curvature"], "score"),
+        _node("Add", ["curvature", "nothing"], "sum"),
+        _node("Abs", ["sum"], "score"),
         _node("Conv", ["image", "filters"], "descriptors", strides=[CELL, CELL]),
     ]
     graph = b"".join(
@@ -29,6 +33,7 @@ def write_key_network(path: Path, width: int = 640, height: int = 480, seed: int
             *(_bytes(1, node) for node in nodes),
             _bytes(2, b"keys"),
             _bytes(5, _array("laplacian", laplacian)),
+            _bytes(5, _array("nothing", np.zeros((1, 1, height, width), np.float32))),
             _bytes(5, _array("filters", filters.astype(np.float32))),
             _bytes(11, _value("image", (1, 1, height, width))),
             _bytes(12, _value("score", (1, 1, height, width))),

@@ -61,8 +61,7 @@ class KeyNetwork:
         """Ask about a grey picture of its size, (height, width). Raises ``ValueError`` for outputs of other shapes."""
         with self._lock:
             self._net.setInput((image.astype(np.float32) / 255)[None, None], INPUT)
-            # Copied: OpenCV answers the next picture into the same memory.
-            score, descriptors = (np.array(output, np.float32) for output in self._net.forward(OUTPUTS))
+            score, descriptors = (np.asarray(output, np.float32) for output in self._net.forward(OUTPUTS))
         width, height = self.size
         if score.shape != (1, 1, height, width) or descriptors.ndim != 4 or 0 in descriptors.shape[1:]:
             raise ValueError(

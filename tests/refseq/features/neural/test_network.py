@@ -1,3 +1,4 @@
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -5,7 +6,7 @@ import pytest
 from scipy.ndimage import laplace
 
 from refseq.errors import MapError
-from refseq.features.neural.network import FILE, KeyNetwork, key_network
+from refseq.features.neural.network import FILE, key_network
 from tests.key_network import CELL, DEPTH, write_key_network
 
 SIZE = 96, 64
@@ -28,13 +29,13 @@ def test_the_maps_are_what_the_graph_says(file: Path) -> None:
     assert found.descriptors.shape == (DEPTH, SIZE[1] // CELL, SIZE[0] // CELL)
 
 
-def test_what_was_answered_stays(file: Path) -> None:
-    """OpenCV may answer the next picture into the same memory."""
-    network = key_network(SIZE)
-    first = network.maps(picture(0))
-    kept = first.score.copy()
-    network.maps(picture(1))
-    np.testing.assert_array_equal(first.score, kept)
+def test_threads_that_share_a_network_get_each_its_own_answer(file: Path) -> None:
+    """OpenCV's networks take one picture at a time."""
+    network, pictures = key_network(SIZE), [picture(seed) for seed in range(8)]
+    alone = [network.maps(one).score.copy() for one in pictures]
+    with ThreadPoolExecutor(4) as threads:
+        together = list(threads.map(network.maps, pictures * 20))
+    assert all(np.array_equal(found.score, alone[number % 8]) for number, found in enumerate(together))
 
 
 def test_the_network_is_opened_once_and_again_when_its_file_changes(file: Path) -> None:
@@ -60,7 +61,7 @@ def test_a_network_that_is_not_named_is_refused(monkeypatch: pytest.MonkeyPatch)
         key_network(SIZE)
 
 
-def test_files_that_are_no_network_are_refused_in_one_line(file: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_files_that_are_no_network_are_refused_in_one_line(file: Path) -> None:
     whole = file.read_bytes()
     wrong = {
         b"": "is no ONNX network that OpenCV reads",
@@ -75,7 +76,6 @@ def test_files_that_are_no_network_are_refused_in_one_line(file: Path, capfd: py
             key_network(SIZE)
         assert str(caught.value).startswith(f"{FILE}: {file}: ")
         assert "\n" not in str(caught.value)
-    assert capfd.readouterr() == ("", ""), "OpenCV says nothing beside it"
 
 
 def test_what_is_no_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,9 +85,16 @@ def test_what_is_no_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             key_network(SIZE)
 
 
-def test_a_network_for_pictures_of_another_size_is_refused(tmp_path: Path) -> None:
-    """This one takes any size, as convolutions do; those with sums of maps fail in OpenCV and are told alike."""
-    content = write_key_network(tmp_path / "keys.onnx", *SIZE).read_bytes()
-    network = KeyNetwork(content, SIZE)
-    with pytest.raises(ValueError, match=r"answers with score \(1, 1, 64, 64\) .* valid are \(1, 1, 64, 96\)"):
-        network.maps(picture()[:, :64])
+def test_a_network_for_pictures_of_another_size_is_refused(file: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(MapError, match=r"answers with score \(1, 1, 64, 96\) .* valid are \(1, 1, 128, 160\)"):
+        key_network((160, 128))
+    assert capfd.readouterr() == ("", ""), "OpenCV says nothing beside it"
+
+
+def test_numbers_that_are_not_finite_are_refused(file: Path) -> None:
+    content = file.read_bytes()
+    nothing = np.zeros(SIZE[0] * SIZE[1], np.float32).tobytes()
+    assert content.count(nothing) == 1
+    file.write_bytes(content.replace(nothing, np.full(SIZE[0] * SIZE[1], np.nan, np.float32).tobytes()))
+    with pytest.raises(MapError, match="answers with numbers that are not finite"):
+        key_network(SIZE)
