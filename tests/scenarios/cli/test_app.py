@@ -114,7 +114,7 @@ BAD_INPUT = [
     ("learn run.mcap -o new.refseq --sensors sonar", "sensor 'sonar' is not in the drive; valid are laser"),
     (
         "learn run.mcap -o new.refseq --features magic",
-        "feature 'magic' is unknown; valid are sift, dense, walls, doors",
+        "feature 'magic' is unknown; valid are sift, neural, dense, walls, doors",
     ),
     ("learn run.mcap -o new.refseq --features ,", "features ',': a name is empty; valid are names with commas"),
     ("learn run.mcap -o new.refseq --features sift", "features sift do not fit sensors laser; valid are walls"),
