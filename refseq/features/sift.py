@@ -54,11 +54,13 @@ class SiftSettings:
 class SiftWords(KeyWords):
     """Words of a camera's image. By default keys on the full and the half-resolution image only, the thesis' choice."""
 
+    settings: SiftSettings
+
     def __init__(self, camera: str, settings: SiftSettings, words: NDArray[np.uint8] | None = None) -> None:
         super().__init__()
         self.key = f"sift/{camera}"
         self.sensor = camera
-        self.settings: SiftSettings = settings
+        self.settings = settings
         self.vocabulary = Vocabulary(settings.alias_distance, _NONE if words is None else words, settings.exact_up_to)
         self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
 

@@ -19,7 +19,7 @@ from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
 from refseq.map.paths.annotations import annotations_of
 from refseq.map.paths.keys import PathKeys
-from refseq.map.profile import NEURAL_FEATURE, THESIS, Profile, profile_of
+from refseq.map.profile import THESIS, Profile, profile_of
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
 from refseq.scan_matching.panorama import panoramas
@@ -81,12 +81,8 @@ def learn(
 
 
 def with_network(profile: Profile, features: Sequence[str] | None = None) -> Profile:
-    """A profile with the user's neural network named, if ``features``, by default its own, ask one.
-
-    Raises ``MapError`` without one.
-    """
-    asked = NEURAL_FEATURE in (features or profile.features)
-    return replace(profile, neural=pinned(profile.neural)) if asked else profile
+    """A profile with the user's neural network named, where one is asked. Raises ``MapError`` without one."""
+    return replace(profile, neural=pinned(profile.neural)) if profile.asks_network(features) else profile
 
 
 class _KeysOnTheWay:

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cache, lru_cache
@@ -73,6 +73,10 @@ class Profile:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, words and truth values, for a map's header."""
         return asdict(self) | {"features": list(self.features)}
+
+    def asks_network(self, features: Sequence[str] | None = None) -> bool:
+        """True where ``features``, by default its own, ask a neural network."""
+        return NEURAL_FEATURE in (features or self.features)
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:

@@ -215,7 +215,7 @@ def _frames() -> list[Check]:
 
 def _key_network() -> list[Check]:
     """The user's neural network that finds keys, where one is named and OpenCV is there to run it."""
-    if not os.environ.get("REFSEQ_KEYPOINTS") or importlib.util.find_spec("cv2") is None:
+    if importlib.util.find_spec("cv2") is None:
         return []
     import numpy as np
 
@@ -223,6 +223,8 @@ def _key_network() -> list[Check]:
     from refseq.features.neural.network import FILE, key_network
     from refseq.features.neural.words import NeuralSettings
 
+    if not os.environ.get(FILE):
+        return []
     width, height = NeuralSettings().width, NeuralSettings().height
     try:
         network = key_network((width, height))

@@ -8,7 +8,7 @@ from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.errors import RefseqError
 from refseq.features.memory import DescriptionMemory, described_once
 from refseq.map.localiser import localise, smoothed
-from refseq.map.profile import NEURAL_FEATURE, PROFILES, profile_named
+from refseq.map.profile import PROFILES, profile_named
 from refseq.view import LASER, View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES
@@ -25,7 +25,7 @@ from refseq_bench.scenarios.scoring.merging import Merging, by_views, merged_dri
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
 """Our own localiser's names: a profile and a stage, with a stroke between."""
 
-ON_REQUEST = tuple(name for name, profile in PROFILES.items() if NEURAL_FEATURE in profile.features)
+ON_REQUEST = tuple(name for name, profile in PROFILES.items() if profile.asks_network())
 """Profiles that are asked where they are named, and not where all are: not everybody has a neural network."""
 
 METHODS = (*(name for name in STAGED if not name.startswith(ON_REQUEST)), *BASELINES)

@@ -3,17 +3,12 @@
 from collections.abc import Collection, Sequence
 
 from refseq.map.learning import with_network
-from refseq.map.profile import NEURAL_FEATURE, profile_named
+from refseq.map.profile import profile_named
 from refseq.view import LASER
 from refseq_bench.scenarios.methods.by_name import profile_of
 
 OF_BASELINES = "thesis"
 """Profile with which baselines learn maps."""
-
-
-def asks_network(profile: str, features: Sequence[str] | None = None) -> bool:
-    """True where ``features``, by default those of the profile, ask a network."""
-    return NEURAL_FEATURE in (features or profile_named(profile).features)
 
 
 def network_of(
@@ -23,8 +18,8 @@ def network_of(
 
     Raises ``MapError`` where it is missing.
     """
-    profiles = [profile_of(method) or OF_BASELINES for method in methods]
-    asking = [profile for profile in profiles if asks_network(profile, features)]
+    profiles = [profile_named(profile_of(method) or OF_BASELINES) for method in methods]
+    asking = [profile for profile in profiles if profile.asks_network(features)]
     if not asking or (sensors is not None and set(sensors) == {LASER}):
         return None
-    return with_network(profile_named(asking[0]), features).neural.network
+    return with_network(asking[0], features).neural.network

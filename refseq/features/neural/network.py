@@ -105,7 +105,7 @@ def _opened(path: Path, size: tuple[int, int], _stamp: Sequence[int]) -> KeyNetw
 
 
 def _said(error: cv2.error) -> str:
-    """What OpenCV says, without where in its code it says so."""
+    """Words of an error of OpenCV's, without the place in its code."""
     return " ".join((error.err or str(error)).split())[:120]
 
 

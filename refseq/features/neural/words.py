@@ -82,9 +82,12 @@ class NeuralWords(KeyWords):
         return super().learn(view)
 
     def find_keys(self, image: NDArray[np.uint8]) -> PictureKeys:
-        """The keys with the best scores, at most ``cap``. Raises ``MapError`` without the network."""
+        """The keys with the best scores, at most ``cap``. Raises ``MapError`` without the network, or if it fails."""
         s, network = self.settings, self._network
-        maps = network.maps(_brought(image, network.size))
+        try:
+            maps = network.maps(_brought(image, network.size))
+        except ValueError as error:
+            raise MapError(f"{self.key}: its network {error}") from None
         pixels = peaks(maps.score, s.floor, s.cap)
         scale = np.array(image.shape[::-1]) / network.size
         points = ((pixels + 0.5) * scale - 0.5).astype(np.float32)

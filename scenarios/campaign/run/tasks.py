@@ -17,7 +17,7 @@ import pyarrow as pa
 
 from refseq.errors import LogError, MapError
 from refseq.logs import Recording
-from refseq.map.profile import PROFILES
+from refseq.map.profile import PROFILES, profile_named
 from refseq_bench.scenarios.campaign.declare import sources as declared_sources
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
@@ -36,7 +36,7 @@ from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.methods import networks
 from refseq_bench.scenarios.methods.by_name import profile_of
-from refseq_bench.scenarios.methods.networks import asks_network, network_of
+from refseq_bench.scenarios.methods.networks import network_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.methods.shelf import WHOLE, Learning
@@ -172,13 +172,16 @@ class Question(ABC):
         As ``sources``, it is reckoned where the campaign is run.
         """
         try:
-            return network_of(self.methods, self.made_by.features, self.sensors)
+            return self._network_here()
         except MapError as error:
             raise AbsentError(str(error)) from None
 
+    def _network_here(self) -> str | None:
+        return network_of(self.methods, self.made_by.features, self.sensors)
+
     def check_network(self) -> None:
         """Raise ``ScenarioError`` where the network at hand is another one."""
-        if (here := network_of(self.methods, self.made_by.features, self.sensors)) != self.network:
+        if self.network is not None and (here := self._network_here()) != self.network:
             raise ScenarioError(f"the neural network here is sha256 {here:.12}…; valid is {self.network:.12}…")
 
     def learnt(self, store: Store) -> dict[str, Reference]:
@@ -199,7 +202,7 @@ class Question(ABC):
 
     def _map_key(self, source: str, profile: str) -> str:
         code = code_digest(learning.__name__, READER, alone=HANDS)
-        network = self.network if asks_network(profile, self.made_by.features) else None
+        network = self.network if profile_named(profile).asks_network(self.made_by.features) else None
         return key_of(
             "map", profile, *filter(None, [network]), source, self.places, self.sensors, self.made_by.features, code
         )

@@ -124,6 +124,14 @@ def test_words_that_no_network_can_have_described_are_refused(file: Path) -> Non
         words.prepare()
 
 
+def test_a_network_that_fails_at_a_picture_is_told(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    words = NeuralWords("camera", SMALL)
+    words.prepare()
+    monkeypatch.setattr(np, "isfinite", lambda array: np.zeros(array.shape, bool))
+    with pytest.raises(MapError, match="neural/camera: its network answers with numbers that are not finite"):
+        words.keys(dots((40, 30)))
+
+
 def test_a_floor_that_no_key_reaches_is_refused(profile: Profile, drive: list[View]) -> None:
     with pytest.raises(
         ViewError, match=r"no picture of 12 views has a key of score 50; valid is a lower neural\.floor"
