@@ -137,6 +137,8 @@ class Belief:
 
     ``pose`` is where beside the place ``best`` the robot is, by the scan laid on the place's. None where nothing tells:
     without laser in view, map or sensors, where its walls are others than the place's, and where it says lost.
+
+    ``odometer_scale`` is how many metres of the map a metre of the odometer was taken for; 1: it is believed.
     """
 
     places: NDArray[np.float64]
@@ -148,6 +150,7 @@ class Belief:
     faults: tuple[DeclaredFault, ...] = ()
     lost_after: NDArray[np.float64] | None = None
     pose: PoseBeside | None = None
+    odometer_scale: float = 1.0
 
     @property
     def last_sure(self) -> int | None:

@@ -96,7 +96,7 @@ BEST = Profile(
     method=MethodSettings(Matching.LOG_RATIO, Decoder.FORWARD),
     sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
     log_ratio=LogRatioSettings(scans_alone=6),
-    motion=MotionSettings(slack=0.1, drift=0.1, tail=0.02, interpolated=True),
+    motion=MotionSettings(slack=0.1, drift=0.1, tail=0.02, interpolated=True, odometer_scale=0.1),
     chain=ChainSettings(
         lost_per_metre=0.01,
         exit_at_ends=True,
@@ -173,7 +173,7 @@ LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
         "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "turns": 0.0, "usual": 0},
         "neural": asdict(NeuralSettings()),
-        "motion": {"stands_once": False},
+        "motion": {"stands_once": False, "odometer_scale": 0.0},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
     }
 )

@@ -234,6 +234,7 @@ def belief_in(data: bytes) -> NumberedBelief:
             faults,
             None if told["lost_after"] is None else np.array(told["lost_after"], dtype=np.float64),
             None if told["beside"] is None else _pose_in(told["beside"]),
+            float(told["odometer_scale"]),
         )
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RefseqError) as error:
         raise MessageError(f"a message is no belief: {str(error)[:200]}") from error
@@ -243,6 +244,8 @@ def belief_in(data: bytes) -> NumberedBelief:
         raise MessageError(
             f"a belief has lost {belief.lost} and entropy {belief.entropy}; valid are 0 to 1, and finite"
         )
+    if not 0 < belief.odometer_scale < math.inf:
+        raise MessageError(f"a belief has odometer_scale {belief.odometer_scale}; valid is more than 0, and finite")
     if belief.lost_after is not None and belief.lost_after.shape != places.shape:
         raise MessageError(f"a belief of {len(places)} places has {belief.lost_after.shape} Lost_Places")
     return NumberedBelief(view, belief)

@@ -68,6 +68,7 @@ SCHEMA = {
                 "covariance": {"type": "array", "items": NUMBER},
             },
         },
+        "odometer_scale": NUMBER | {"description": "metres of the map that one of the odometer was taken for"},
         "faults": {
             "type": "array",
             "description": "faults of sensors that stand; what they make useless had no part in the belief",
@@ -130,6 +131,7 @@ class BeliefAnswer:
             "places": belief.places.tolist(),
             "pose": None if self.pose is None else asdict(self.pose),
             "beside": None if belief.pose is None else _beside(belief.pose),
+            "odometer_scale": belief.odometer_scale,
             "faults": [asdict(fault) for fault in belief.faults],
             "timings": asdict(belief.timings),
         }

@@ -23,6 +23,9 @@ class MotionSettings:
 
     With ``stands_once`` all views of a robot that stands count as one, their mean; without, each speaks anew. A robot
     that looks about itself for where it is gains by the second (docs/decisions/0039-a-robot-that-stands.md).
+
+    An odometer's metres may be off the map's by ``odometer_scale`` (a standard deviation): the chain estimates by how
+    much on its way (``refseq.map.tracking.odometer_scale``). 0: they are believed.
     """
 
     slack: float = 0.5
@@ -31,6 +34,7 @@ class MotionSettings:
     interpolated: bool = False
     regularisation: float = 0.9
     stands_once: bool = False
+    odometer_scale: float = 0.0
 
     def half_width(self, distance: float) -> float:
         """Reach of the high probability to either side of ``distance`` [m]."""

@@ -49,10 +49,11 @@ SCHEMA = pa.schema(
         ("lost_after", pa.list_(pa.float64())),
         *((f"beside_{name}", pa.float64()) for name in ("along_m", "aside_m", "heading_rad")),
         ("beside_covariance", pa.list_(pa.float64())),
+        ("odometer_scale", pa.float64()),
     ]
 )
 BESIDE = tuple(name for name in SCHEMA.names if name.startswith("beside_"))
-OPTIONAL = ("faults", "lost_after", *BESIDE)
+OPTIONAL = ("faults", "lost_after", *BESIDE, "odometer_scale")
 """Columns that tables of earlier versions lack."""
 
 FAR = float(METRES)
@@ -70,6 +71,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "true_heading_rad": (-FAR, FAR),
     **dict.fromkeys(COSTS, (0.0, 1e9)),
     **dict.fromkeys(BESIDE, (-FAR, FAR)),
+    "odometer_scale": (1e-6, 1e6),
 }
 """Least and largest value of each column of numbers."""
 MAY_LACK = ("true_x_m", "true_y_m", "true_heading_rad", "lost_after", *BESIDE)
@@ -115,6 +117,7 @@ def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, objec
         **dict(zip(COSTS, astuple(belief.timings), strict=True)),
         "faults": [dict(zip(FAULT.names, astuple(fault), strict=True)) for fault in belief.faults],
         "lost_after": belief.lost_after,
+        "odometer_scale": belief.odometer_scale,
         **({} if pose is None else dict(zip(BESIDE, (*pose.motion, pose.covariance.ravel()), strict=True))),
     }
 
@@ -205,8 +208,8 @@ def _belief(row: Mapping[str, Any], where: str) -> Belief:
     timings = Timings(*(row[cost] for cost in COSTS))
     faults = tuple(_fault(told, row["view"], where) for told in row.get("faults", ()))
     lost_after = _lost_after(row, len(places), where)
-    pose = _pose(row, where)
-    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings, faults, lost_after, pose)
+    pose, scale = _pose(row, where), row.get("odometer_scale", 1.0)
+    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings, faults, lost_after, pose, scale)
 
 
 def _lost_after(row: Mapping[str, Any], places: int, where: str) -> NDArray[np.float64] | None:

@@ -96,7 +96,13 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "turns": LENGTH,
             "usual": (0, 10_000),
         },
-        "motion": {"slack": LENGTH, "drift": (0.0, 100.0), "tail": SHARE, "regularisation": SHARE},
+        "motion": {
+            "slack": LENGTH,
+            "drift": (0.0, 100.0),
+            "tail": SHARE,
+            "regularisation": SHARE,
+            "odometer_scale": SHARE,
+        },
         "chain": {
             "window": (1, 10_000),
             "lost": SHARE,

@@ -45,7 +45,7 @@ def beliefs_digest(beliefs: Sequence[Belief]) -> str:
     found = hashlib.sha256()
     for belief in beliefs:
         found.update(np.asarray(belief.places, np.float64).tobytes())
-        found.update(np.array([belief.lost, belief.entropy], np.float64).tobytes())
+        found.update(np.array([belief.lost, belief.entropy, belief.odometer_scale], np.float64).tobytes())
         found.update(np.array([belief.best, *belief.path], np.int64).tobytes())
         found.update(repr(belief.faults).encode())
         if belief.lost_after is not None:

@@ -155,6 +155,8 @@ def conclude(
         for method in comparison.beliefs:
             if errors := pose_errors(comparison, method):
                 say(out, f"{method}: {errors}")
+            if (scale := told_scale(comparison, method)) != 1:
+                say(out, f"{method}: one metre of the drive's odometer is taken for {scale:.2f} m of the map")
         for fault in faults:
             say(out, f"fault: {fault}, at {fault.time:.1f} s")
         if not map_.has_one_path:
@@ -173,8 +175,16 @@ def _summary(
         "views": len(comparison.query_views),
         "unscored": unscored_reason([comparison]) or None,
         "faults": [asdict(fault) for fault in faults],
-        "stages": [_record(one) | _poses(comparison, one.stage) for one in found],
+        "stages": [
+            _record(one) | {"odometer_scale": told_scale(comparison, one.stage)} | _poses(comparison, one.stage)
+            for one in found
+        ],
     }
+
+
+def told_scale(comparison: "Comparison", method: str) -> float:
+    """Metres of the map that a metre of the odometer was taken for at the end of the drive."""
+    return comparison.beliefs[method][-1].odometer_scale
 
 
 def _poses(comparison: "Comparison", method: str) -> dict[str, object]:

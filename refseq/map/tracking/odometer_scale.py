@@ -1,0 +1,134 @@
+"""Scale of a drive's odometer, estimated on the way: how many metres of the map one of its metres is.
+
+Wheels wear, tyres lose air, a constant is wrong, and the map's own odometer may be off too. One that tells a tenth too
+much pushes the belief on by a tenth of every step; views pull it back, and so it settles ahead of the robot. How far it
+moves from view to view is right all the same. So where views tell the place, its way along the path is laid over the
+odometer's by a straight line, whose slope is the scale.
+
+Views that follow each other err alike, the more the longer: the line is drawn anew for every ``PIECE`` of way, and
+all pieces have one slope. A scale that is off by little is left as it is, since the motion's window holds it.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from refseq.belief import LOST_ABOVE, Belief
+from refseq.map.map import Map
+from refseq.map.matcher import Measurement
+
+PIECE = 15.0
+"""Way over which a line is drawn [m]."""
+RESIDUAL = 0.4
+"""Standard deviation of the belief's mean from the line [m]: half a gap between places."""
+SURE_LOST, NEAR, SURE_NEAR = 0.1, 1.0, 0.6
+"""A view tells the place where P(lost) is no more, and so much of its belief lies within ``NEAR`` [m] of the best."""
+PLAY, SURE = 0.05, 3.0
+"""A scale is corrected that is off by more than this, and by more than so many of its standard deviations."""
+LEAST, MOST = 0.5, 2.0
+"""Scales beyond these are no scales: sensors' faults tell of an odometer that is off by more."""
+JUMP, SHARE = 0.75, 0.5
+"""A belief that moves so much more or less than the odometer [m], and by this share of its way, has jumped."""
+
+
+class _At(NamedTuple):
+    """One point of a line: the way by the odometer so far, and how far along sequence ``number`` the belief is [m]."""
+
+    number: int
+    way: float
+    along: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Sums:
+    """What points tell of a slope: Σ w² and Σ w s, of ways w and places s around their means [m²]."""
+
+    squares: float = 0.0
+    products: float = 0.0
+
+    @classmethod
+    def of(cls, points: Sequence[_At]) -> "_Sums":
+        way, along = (np.array([getattr(point, name) for point in points]) for name in ("way", "along"))
+        way -= way.mean()
+        return cls(float(way @ way), float(way @ along))
+
+    def __add__(self, other: "_Sums") -> "_Sums":
+        return _Sums(self.squares + other.squares, self.products + other.products)
+
+
+class OdometerScale:
+    """Corrects the ways of a drive's views: ask, then tell what was believed of the view.
+
+    Before the drive the scale is 1, give or take ``motion.odometer_scale`` of the map's profile.
+    """
+
+    def __init__(self, map_: Map) -> None:
+        self._first, self._along = map_.first, np.concatenate([sequence.along for sequence in map_.sequences])
+        self._spread = map_.profile.motion.odometer_scale
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._way = 0.0
+        self._behind = _Sums()
+        self._points: list[_At] = []
+        self.scale = 1.0
+
+    def corrected(self, measured: Sequence[Measurement]) -> list[Measurement]:
+        """A view's measurements in every sequence, with its way in metres of the map."""
+        return [replace(one, distance=self.scale * one.distance) for one in measured]
+
+    def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
+        """Take what was believed of a view, ``measured`` before it was corrected."""
+        if measured[0].again:  # views of a robot that stands are one
+            return
+        self._way += measured[0].distance
+        if math.isnan(self._way):  # nobody measured it
+            self._way = 0.0
+            self._end()
+        elif belief.lost > LOST_ABOVE:
+            self._end()
+        elif (at := self._at(belief)) is not None:
+            self._take(at)
+        self.scale = self._estimated()
+
+    def _at(self, belief: Belief) -> _At | None:
+        """Where the belief is; None where it tells no place, or an end of a path, past which the robot may be."""
+        number = int(np.searchsorted(self._first, belief.best, side="right")) - 1
+        low, high = self._first[number], self._first[number + 1]
+        if belief.lost > SURE_LOST or belief.best in (low, high - 1):
+            return None
+        along, places = self._along[low:high], belief.places[low:high]
+        near = np.abs(along - self._along[belief.best]) <= NEAR
+        share = places[near].sum()
+        return _At(number, self._way, float(places[near] @ along[near] / share)) if share >= SURE_NEAR else None
+
+    def _take(self, at: _At) -> None:
+        if self._points:
+            last = self._points[-1]
+            way = at.way - last.way
+            if at.number != last.number or abs(at.along - last.along - way) > JUMP + SHARE * abs(way):
+                self._end()
+        self._points.append(at)
+        if abs(at.way - self._points[0].way) > PIECE:
+            self._end()
+            self._points.append(at)  # the next line begins where this one ends
+
+    def _end(self) -> None:
+        """End the line."""
+        if self._points:
+            self._behind += _Sums.of(self._points)
+            self._points = []
+
+    def _estimated(self) -> float:
+        """The slope of all lines under its normal prior, where it is clear that it is not 1."""
+        sums = self._behind + _Sums.of(self._points) if self._points else self._behind
+        known, told = self._spread**-2, RESIDUAL**-2
+        information = known + told * sums.squares
+        slope = (known + told * sums.products) / information
+        if abs(slope - 1) <= max(PLAY, SURE / math.sqrt(information)):
+            return 1.0
+        return min(max(slope, LEAST), MOST)

@@ -1,0 +1,192 @@
+"""The odometer's scale against drives whose scale is known, and its slope against NumPy's least squares."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from refseq.belief import Belief, Stage, belief_from
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser, localise
+from refseq.map.map import Map, beside
+from refseq.map.matcher import Measurement
+from refseq.map.tracking.odometer_scale import LEAST, MOST, PLAY, RESIDUAL, SURE, OdometerScale
+from refseq.view import View
+from tests.support import corridor_drive
+
+COUNT, STEP = 40, 0.85
+SPREAD = 0.1
+
+
+def drive(seed: int, count: int = COUNT) -> list[View]:
+    return corridor_drive(np.random.default_rng(seed), count=count, size=96)
+
+
+def scaled(views: Sequence[View], scale: float) -> list[View]:
+    """A drive whose odometer tells ``scale`` times its way."""
+    return [replace(view, distance=scale * view.distance) for view in views]
+
+
+@pytest.fixture(scope="module")
+def map_() -> Map:
+    return learn(drive(1), profile="best")
+
+
+@pytest.fixture(scope="module")
+def plain() -> Map:
+    return learn(drive(1), profile="best+motion.odometer_scale=0")
+
+
+def chain(map_: Map, views: Sequence[View]) -> list[Belief]:
+    return localise(map_, views, stages=[Stage.CHAIN])[Stage.CHAIN]
+
+
+def measured(distance: float, count: int = COUNT, *, again: bool = False) -> list[Measurement]:
+    return [Measurement(np.full(count, 1 / count), distance, 0.0, again=again)]
+
+
+def at(along: float, count: int = COUNT, lost: float = 0.0) -> Belief:
+    """A belief whose mean lies ``along`` [m] of a path of equal steps, shared out between two places."""
+    weights = np.zeros(count)
+    k = min(int(along / STEP), count - 2)
+    weights[k : k + 2] = 1 - (share := along / STEP - k), share
+    return belief_from(weights, lost)
+
+
+def told(estimator: OdometerScale, ways: Sequence[float], places: Sequence[float]) -> None:
+    """Tell of views at these ways by the odometer and at these places [m]."""
+    for distance, along in zip(np.diff(ways, prepend=0.0), places, strict=True):
+        estimator.told(measured(float(distance)), at(along))
+
+
+@given(st.floats(0.7, 1.4), st.integers(0, 1000))
+def test_the_slope_is_that_of_least_squares_under_a_normal_prior(map_: Map, slope: float, seed: int) -> None:
+    """Within one piece of way: the prior is one more equation, slope / σ = 1 / σ."""
+    rng = np.random.default_rng(seed)
+    ways = np.linspace(0.0, 14.0, 15)
+    places = 2.0 + slope * ways + rng.normal(0, 0.1, 15)
+    estimator = OdometerScale(map_)
+    told(estimator, ways.tolist(), places.tolist())
+    equations = np.column_stack([ways / RESIDUAL, np.full(15, 1 / RESIDUAL)])
+    expected = np.linalg.lstsq(
+        np.vstack([equations, [1 / SPREAD, 0.0]]), np.append(places / RESIDUAL, 1 / SPREAD), rcond=None
+    )[0][0]
+    spread = (SPREAD**-2 + ((ways - ways.mean()) ** 2).sum() / RESIDUAL**2) ** -0.5
+    clear = abs(expected - 1) > max(PLAY, SURE * spread)
+    assert estimator.scale == pytest.approx(expected if clear else 1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("scale", [0.75, 0.9, 1.1, 1.3])
+def test_a_drive_tells_its_scale(map_: Map, scale: float) -> None:
+    found = chain(map_, scaled(drive(7), scale))[-1].odometer_scale
+    assert scale * found == pytest.approx(1.0, abs=0.04)
+
+
+@pytest.mark.parametrize("scale", [0.75, 1.3])
+def test_a_drive_of_another_scale_is_found_better_by_it(map_: Map, plain: Map, scale: float) -> None:
+    """Past the first metres the mean of the belief lies nearer to the robot."""
+    views = scaled(drive(7), scale)
+    along = map_.sequences[0].along
+    late = slice(COUNT // 2, COUNT - 3)
+    errors = [
+        np.abs([along @ belief.places - at for belief, at in zip(chain(one, views), along, strict=True)])[late].mean()
+        for one in (plain, map_)
+    ]
+    assert errors[1] < 0.75 * errors[0]
+
+
+def test_an_odometer_that_is_right_is_believed_and_changes_no_bit(map_: Map, plain: Map) -> None:
+    for seed in (7, 8):
+        for one, other in zip(chain(map_, drive(seed)), chain(plain, drive(seed)), strict=True):
+            np.testing.assert_array_equal(one.places, other.places)
+            assert one.odometer_scale == other.odometer_scale == 1.0
+
+
+def test_single_views_and_the_prior_believe_the_odometer(map_: Map, plain: Map) -> None:
+    views = scaled(drive(7), 1.3)
+    for stage in (Stage.UNIFORM, Stage.PRIOR):
+        ours, theirs = (localise(one, views, stages=[stage])[stage] for one in (map_, plain))
+        for one, other in zip(ours, theirs, strict=True):
+            np.testing.assert_array_equal(one.places, other.places)
+
+
+def test_the_thesis_believes_its_odometer() -> None:
+    beliefs = chain(learn(drive(1), profile="thesis"), scaled(drive(7), 1.3))
+    assert {belief.odometer_scale for belief in beliefs} == {1.0}
+
+
+def test_a_robot_that_is_carried_off_has_no_other_scale(map_: Map) -> None:
+    """Seven metres on at once, on the way and at a stand."""
+    estimator = OdometerScale(map_)
+    ways = np.arange(0.0, 24.0, STEP)
+    told(estimator, ways.tolist(), np.minimum(2.0 + ways + 7.0 * (ways > 12.0), 32.0).tolist())
+    assert estimator.scale == 1.0
+
+
+def test_the_ends_of_a_path_tell_no_scale(map_: Map) -> None:
+    """The robot goes on behind its path's end, and the last place stays the best."""
+    estimator = OdometerScale(map_)
+    ways = np.arange(0.0, 60.0, STEP)
+    for distance, along in zip(np.diff(ways, prepend=0.0), ways, strict=True):
+        estimator.told(measured(float(distance)), at(min(along, (COUNT - 1) * STEP)))
+    assert estimator.scale == 1.0
+
+
+def test_lost_or_unsure_views_tell_nothing(map_: Map) -> None:
+    for belief in (lambda along: at(along, lost=0.3), lambda along: belief_from(np.ones(COUNT))):
+        estimator = OdometerScale(map_)
+        for along in np.arange(2.0, 30.0, STEP):
+            estimator.told(measured(1.3 * STEP), belief(along))
+        assert estimator.scale == 1.0
+
+
+def test_the_views_of_a_stand_are_one(map_: Map) -> None:
+    moving, standing = OdometerScale(map_), OdometerScale(map_)
+    for along in np.arange(2.0, 30.0, STEP):
+        for estimator in (moving, standing):
+            estimator.told(measured(1.3 * STEP), at(along))
+        for _ in range(5):
+            standing.told(measured(1.3 * STEP, again=True), at(along))
+    assert standing.scale == moving.scale != 1.0
+
+
+def test_a_way_that_nobody_measured_begins_anew(map_: Map) -> None:
+    estimator = OdometerScale(map_)
+    for number, along in enumerate(np.arange(2.0, 30.0, STEP)):
+        estimator.told(measured(math.nan if number % 9 == 4 else 1.3 * STEP), at(along))
+    assert estimator.scale == pytest.approx(1 / 1.3, abs=0.04)
+    assert not math.isnan(estimator.corrected(measured(1.0))[0].distance)
+
+
+def test_ways_are_along_the_sequence_that_the_robot_is_on(map_: Map) -> None:
+    """Its places begin anew where another sequence begins: no line is drawn across."""
+    other = learn(drive(3), profile="best", name="other")
+    both = beside([map_.named("one"), other])
+    estimator = OdometerScale(both)
+    for number, along in enumerate(np.arange(2.0, 30.0, STEP)):
+        weights = np.zeros(2 * COUNT)
+        weights[(number % 2) * COUNT :][:COUNT] = at(along).places
+        estimator.told(measured(STEP, 2 * COUNT), belief_from(weights))
+    assert estimator.scale == 1.0
+
+
+@pytest.mark.parametrize(("slope", "bound"), [(0.2, LEAST), (4.0, MOST)])
+def test_what_is_no_scale_any_more_is_not_taken_for_one(map_: Map, slope: float, bound: float) -> None:
+    """Steps so short that none of them is a jump."""
+    estimator = OdometerScale(map_)
+    ways = np.arange(0.0, 30.0 / max(1.0, slope), 0.2)
+    told(estimator, ways.tolist(), (2.0 + slope * ways).tolist())
+    assert estimator.scale == bound
+
+
+def test_after_a_reset_the_odometer_is_believed_again(map_: Map) -> None:
+    localiser = Localiser(map_)
+    for view in scaled(drive(7), 1.3):
+        before = localiser.update(view)
+    localiser.reset()
+    assert before.odometer_scale != 1.0
+    assert localiser.update(drive(7)[0]).odometer_scale == 1.0
