@@ -38,8 +38,13 @@ less; of wider ones less, as their spots on a wall are so far apart nearer by, b
 FINE = math.radians(0.5)
 """Step of the beams for which ``NEAR`` is meant [rad]."""
 
-JOINED = 0.8
-"""Neighbouring points nearer to each other than this are one wall [m]."""
+JOINED, FAILED = 0.8, 4
+"""Neighbouring points nearer to each other than this are one wall [m], so many times farther where beams between them
+did not come back."""
+
+SPARSE = 0.9
+"""A scan shows walls no better than a laser whose beams are as far apart as this share of those that came back is, at
+most, from the next: some come back from none of their neighbours' walls."""
 
 APART = 0.4
 """Way between two scans that are compared [m]: errors of single short steps are as large as the steps."""
@@ -122,10 +127,10 @@ def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> Mo
     """Ratios of the hypotheses, given the odometer's ``distance`` [m] and ``turn`` [rad] between two scans."""
     if abs(distance) > FARTHEST_STEP or abs(turn) > LARGEST_TURN:
         return SILENT
-    here, there = _points(after, _near(before)), _points(before, REACH)
+    here, there = after.points[_hits(after, _near(before))], _hits(before, REACH)
     if min(len(here), len(there)) < FEWEST:
         return SILENT
-    walls = _Walls(there, before)
+    walls = _Walls(before, there)
     if abs(distance) < STILL and abs(turn) < STILL:
         stands = walls.unexplained(here, [(0.0, 0.0)])
         moves = walls.unexplained(here, [(step, 0.0) for step in STEPS])
@@ -154,10 +159,10 @@ def moved_ratio(before: Scan, after: Scan) -> float | None:
 
     None where there is too little to compare.
     """
-    here, there = _points(after, _near(before)), _points(before, REACH)
+    here, there = after.points[_hits(after, _near(before))], _hits(before, REACH)
     if min(len(here), len(there)) < FEWEST:
         return None
-    walls = _Walls(there, before)
+    walls = _Walls(before, there)
     stands = walls.unexplained(here, [(0.0, 0.0)])
     moves = walls.unexplained(here, [(step, 0.0) for step in STEPS])
     return bounded(_ratio(min(moves, ELSEWHERE), stands))
@@ -170,23 +175,26 @@ def _ratio(fault: float, health: float) -> float:
 
 def _near(scan: Scan) -> float:
     """Distance up to which a scan shows walls without gaps [m]."""
-    return NEAR * math.sqrt(FINE / max(FINE, scan.step))
+    apart = np.diff(np.flatnonzero(scan.returned))
+    step = scan.step * float(np.quantile(apart, SPARSE)) if len(apart) else scan.step
+    return NEAR * math.sqrt(FINE / max(FINE, step))
 
 
-def _points(scan: Scan, reach: float) -> NDArray[np.float64]:
-    """End points of the beams that came back from within a distance, (n, 2) [m]."""
-    points: NDArray[np.float64] = scan.points[scan.returned & (scan.ranges < reach)]
-    return points
+def _hits(scan: Scan, reach: float) -> NDArray[np.intp]:
+    """Numbers of the beams that came back from within a distance [m]."""
+    return np.flatnonzero(scan.returned & (scan.ranges < reach))
 
 
 class _Walls:
-    """Distances to the walls that a scan shows."""
+    """Distances to the walls that the beams of these numbers show."""
 
-    def __init__(self, points: NDArray[np.float64], scan: Scan) -> None:
+    def __init__(self, scan: Scan, beams: NDArray[np.intp]) -> None:
+        points = scan.points[beams]
         side = int(2 * REACH / CELL)
         grid = np.full((side, side), 255, np.uint8)
         cells = _cells(points)[:, ::-1].astype(np.int32)  # OpenCV has the column first
-        breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > JOINED) + 1
+        joined = JOINED * np.minimum(np.diff(beams), FAILED)
+        breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > joined) + 1
         cv2.polylines(grid, [one.reshape(-1, 1, 2) for one in np.split(cells, breaks)], False, 0)
         self._away = cv2.distanceTransform(grid, cv2.DIST_L2, 3)  # in cells, float32
         self._half = min(math.pi, (len(scan.ranges) - 1) * scan.step / 2)
