@@ -52,9 +52,12 @@ def heading_of(rotation: tuple[float, float, float, float]) -> float:
 def pose_in_plane(translation: tuple[float, float, float], rotation: tuple[float, float, float, float]) -> Pose | None:
     """Project a pose in space to the plane: x, y, and the heading of its x axis.
 
-    None of one that is no number, as programs send while they do not know, or beyond all places (``METRES``).
+    None of one that is no number, or whose rotation is nothing but zeros, as programs send while they do not know, and
+    of one beyond all places (``METRES``).
     """
     if not (all(abs(value) <= METRES for value in translation) and all(abs(value) <= TURNED for value in rotation)):
+        return None
+    if not any(rotation):
         return None
     return Pose(translation[0], translation[1], heading_of(rotation))
 

@@ -108,6 +108,7 @@ class FoxgloveSource:
         except LogError as error:
             raise LogError(f"{self.path}: topic {channel.topic}: {error}") from error
         if content is None:  # nothing can be seen before the first key frame
+            self._empty[channel.topic] += 1
             return None
         return Sample(
             channel.topic,

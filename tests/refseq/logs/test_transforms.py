@@ -2,12 +2,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from refseq.errors import LogError
-from refseq.logs.transforms import Transform, TransformTree, heading_of
+from refseq.logs.transforms import Transform, TransformTree, heading_of, pose_in_plane
 
 Quaternion = tuple[float, float, float, float]
 angles = st.floats(-3, 3)
@@ -74,6 +74,13 @@ def test_the_heading_is_that_of_the_x_axis(values: Quaternion) -> None:
     length = math.hypot(*values)
     a, b, c, d = (value / length for value in values)
     assert math.cos(heading_of((a, b, c, d)) - math.atan2(y, x)) == pytest.approx(1, abs=1e-6)
+
+
+@example((0.0, 0.0, 0.0, 0.0))
+@given(st.tuples(*[st.floats(-1, 1)] * 4))
+def test_a_pose_whose_rotation_is_nothing_but_zeros_is_none(rotation: Quaternion) -> None:
+    """Programs that do not know it send zeros: no robot looks along x for that."""
+    assert (pose_in_plane((1.0, 2.0, 0.0), rotation) is None) == (not any(rotation))
 
 
 def test_a_cycle_is_refused_and_named() -> None:

@@ -82,8 +82,9 @@ def test_pictures_may_be_asked_for_in_any_order() -> None:
 
 def test_a_video_that_begins_in_the_middle_is_seen_from_its_next_key_frame(tmp_path: Path) -> None:
     packets = encoded([DRIVE.picture(time) for time in TIMES])
-    views = read_recording(write(tmp_path / "late.mcap", packets[5:])).views
-    assert len(views) == 50 - 12
+    recording = read_recording(write(tmp_path / "late.mcap", packets[5:]))
+    assert len(recording.views) == 50 - 12
+    assert recording.skipped == {"foxglove.CompressedVideo without a value": 7}
 
 
 def test_what_is_no_video_is_named(tmp_path: Path) -> None:
