@@ -69,3 +69,20 @@ def test_a_command_imports_no_slow_package_that_it_does_not_use(folder, line, us
     found = imported(folder, line)
     assert used <= found
     assert found & needless == set()
+
+
+@pytest.mark.parametrize("name", ["refseq_bench.scenarios.cli.app", "typer"])
+def test_ctrl_c_during_the_imports_is_one_line(name: str) -> None:
+    """Half of a command's start-up are imports: nobody who stops it there wants to see where."""
+    program = f"""
+import sys
+class Stop:
+    def find_spec(self, name, *others):
+        if name == {name!r}:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Stop())
+from refseq_bench.scenarios.cli.start import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
