@@ -45,7 +45,7 @@ class Estimate(Enum):
 
 
 class ProgressFilter:
-    """The position along a way [m]: the odometer carries it on, views put it right.
+    """The position along a way [m]: the odometer carries it on, by the scale that beliefs give it; views put it right.
 
     ``doubts`` and ``losses`` count the views in a row that did not agree, and those of them that said lost. ``beside``
     is where beside the way the last view has the robot, None where it tells nothing of that.
@@ -57,10 +57,12 @@ class ProgressFilter:
         self.doubts = self.losses = self.agreements = 0
         self.beside: PoseBeside | None = None
         self._other: tuple[float, int] | None = None
+        self._scale = 1.0
         self._views = math.inf  # that the position is the mean of: who set the robot down knew where
 
     def move(self, distance: float) -> None:
         """The odometer has gone on by so much [m]."""
+        distance *= self._scale
         self.along += distance
         if self._other is not None:
             self._other = self._other[0] + distance, self._other[1]
@@ -72,6 +74,7 @@ class ProgressFilter:
 
     def update(self, belief: Belief) -> Estimate:
         """Take the belief of a view at the present position."""
+        self._scale = belief.odometer_scale
         on_way = (1.0 - belief.lost) * belief.places[self._path.places]
         if belief.lost <= LOST_ABOVE and (found := self._peak(on_way, self.along)) is not None:
             self._views += 1

@@ -59,6 +59,18 @@ def test_an_odometer_that_drifts_by_three_percent_is_put_right(scale: float, see
         where.move(scale)
 
 
+@some
+@given(st.floats(0.6, 1.6), st.integers(0, 10**6))
+def test_an_odometer_of_another_scale_counts_in_metres_of_the_map(scale: float, seed: int) -> None:
+    """Between two views it goes on by what the belief takes the odometer's way for, and so one of any scale is as good."""
+    rng, where = np.random.default_rng(seed), ProgressFilter(WAY, TRUST)
+    for x in range(61):
+        told = replace(seen_at(WAY.along, float(np.clip(x + rng.normal(0, 0.1), 0, 60))), odometer_scale=1 / scale)
+        where.update(told)
+        assert abs(where.along - x) < 0.45
+        where.move(scale)
+
+
 def beside(place: int, along: float, deviation: float, heading: float = 0.0) -> Belief:
     """A belief in a place, with a pose beside it whose ``along`` has a standard ``deviation`` [m]."""
     pose = pose_beside((along, 0.1, heading), np.diag([deviation**2, 1e-4, 1e-4]))
