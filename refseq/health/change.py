@@ -7,6 +7,7 @@ of Mathematical Statistics 42, 1971).
 """
 
 import math
+from typing import NamedTuple
 
 DECLARE = math.log(10_000)
 """Score at which a fault is declared [nats]: a larger one declares later, and fewer in vain."""
@@ -21,16 +22,23 @@ CERTAIN = 20.0
 """Evidence of what cannot be on a healthy robot [nats], such as stamps that go back: one view is enough."""
 
 
+class Moment(NamedTuple):
+    """The number of a view, and its time [s]."""
+
+    view: int
+    time: float
+
+
 class ChangeTest:
-    """One fault of one sensor. ``declared``: the fault stands; ``since`` the view at which it must have come."""
+    """One fault of one sensor. ``declared``: the fault stands; ``since`` the moment at which it must have come."""
 
     def __init__(self) -> None:
         self.declared = False
-        self.score, self.since = -math.inf, 0
+        self.score, self.since = -math.inf, Moment(0, 0.0)
         self.evidence = 0.0
 
-    def update(self, number: int, ratio: float, change: float | None = None) -> None:
-        """Take view ``number``: log-likelihood ratios of the fault to health [nats], bounded by ``MOST``.
+    def update(self, now: Moment, ratio: float, change: float | None = None) -> None:
+        """Take the view of a moment: log-likelihood ratios of the fault to health [nats], bounded by ``MOST``.
 
         ``ratio`` compares a sensor that was ill at the last view too with one that was well at both; ``change`` is for
         one that fell ill in between, by default the same. Where the fault stands, ``change`` is for getting well.
@@ -38,7 +46,7 @@ class ChangeTest:
         towards = -ratio if self.declared else ratio
         begun = towards if change is None else change
         if begun >= self.score + towards:
-            self.score, self.since = begun, number
+            self.score, self.since = begun, now
         else:
             self.score += towards
 

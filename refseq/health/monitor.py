@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from refseq.fault import CLOCK, ODOMETRY, DeclaredFault, FaultKind
-from refseq.health.change import CERTAIN, MOST, ChangeTest, bounded
+from refseq.health.change import CERTAIN, MOST, ChangeTest, Moment, bounded
 from refseq.health.pictures import PictureWatch
 from refseq.health.scan_motion import SILENT, STILL, MotionRatios, MotionWatch
 from refseq.health.scans import ScanWatch
@@ -27,18 +27,18 @@ class SensorTests:
         self._tests = {kind: ChangeTest() for kind in kinds}
         self.fault: DeclaredFault | None = None
 
-    def update(self, number: int, kind: FaultKind, ratio: float, change: float | None = None) -> None:
-        """Take view ``number`` for one of the tests; while another fault stands it is not asked."""
+    def update(self, now: Moment, kind: FaultKind, ratio: float, change: float | None = None) -> None:
+        """Take the view of a moment for one of the tests; while another fault stands it is not asked."""
         if self.fault is None or self.fault.kind is kind:
-            self._tests[kind].update(number, ratio, change)
+            self._tests[kind].update(now, ratio, change)
 
     def suspected(self, kind: FaultKind) -> bool:
         """True while more speaks for this fault than for health, and while it stands."""
         test = self._tests.get(kind)
         return test is not None and (test.declared or test.score > 0)
 
-    def conclude(self, times: Mapping[int, float]) -> None:
-        """Declare what is due, or take it back; ``times`` of the views by their numbers [s]."""
+    def conclude(self) -> None:
+        """Declare what is due, or take it back."""
         if self.fault is not None:
             test = self._tests[self.fault.kind]
             if test.due:
@@ -49,7 +49,7 @@ class SensorTests:
         if test.due:
             since = test.since
             test.turn_over()
-            self.fault = DeclaredFault(self._sensor, kind, since, times[since], test.evidence)
+            self.fault = DeclaredFault(self._sensor, kind, *since, test.evidence)
             for other in self._tests.values():
                 other.restart()
 
@@ -75,8 +75,7 @@ class HealthMonitor:
 
     def reset(self) -> None:
         """Forget all views seen: all sensors are well."""
-        self._number = -1
-        self._times: dict[int, float] = {}
+        self._now = Moment(-1, 0.0)
         self._tests: dict[str, SensorTests] = {
             LASER: SensorTests(LASER, OF_LASER),
             ODOMETRY: SensorTests(ODOMETRY, OF_ODOMETRY),
@@ -99,15 +98,14 @@ class HealthMonitor:
 
     def update(self, view: View) -> Health:
         """Take the next view."""
-        self._number += 1
-        self._times[self._number] = view.time
+        self._now = Moment(self._now.view + 1, view.time)
         way = abs(view.distance) if view.has_odometry and np.isfinite(view.distance) else 0.0
-        self._tests[CLOCK].update(self._number, FaultKind.JUMPING, self._stamps.update(view.time, way))
+        self._tests[CLOCK].update(self._now, FaultKind.JUMPING, self._stamps.update(view.time, way))
         moved = self._look_at_pictures(view, way)
         motion = self._look_at_scan(view, way)
         self._look_at_odometry(view, motion, moved)
         for tests in self._all:
-            tests.conclude(self._times)
+            tests.conclude()
         faults = self.faults
         usable = usable_view(view, faults)
         trusted = self._tests[ODOMETRY].fault is None
@@ -124,8 +122,8 @@ class HealthMonitor:
     def compare(self, exchanged: Mapping[str, float]) -> tuple[DeclaredFault, ...]:
         """Take the ratios of cameras at the last view whose pictures may be another's [nats]; returns all faults."""
         for name, ratio in exchanged.items():
-            self._cameras[name].update(self._number, FaultKind.EXCHANGED, bounded(ratio))
-            self._cameras[name].conclude(self._times)
+            self._cameras[name].update(self._now, FaultKind.EXCHANGED, bounded(ratio))
+            self._cameras[name].conclude()
         return self.faults
 
     def _look_at_pictures(self, view: View, way: float) -> float:
@@ -134,8 +132,8 @@ class HealthMonitor:
         for name, image in view.images.items():
             tests = self._cameras.setdefault(name, SensorTests(name, OF_CAMERA))
             ratios = self._pictures.setdefault(name, PictureWatch()).update(image, way)
-            tests.update(self._number, FaultKind.BLANK, ratios.blank)
-            tests.update(self._number, FaultKind.FROZEN, ratios.frozen)
+            tests.update(self._now, FaultKind.BLANK, ratios.blank)
+            tests.update(self._now, FaultKind.FROZEN, ratios.frozen)
             if not any(tests.suspected(kind) for kind in (FaultKind.BLANK, FaultKind.FROZEN)):
                 moved += ratios.moved
         return moved
@@ -147,27 +145,27 @@ class HealthMonitor:
             return SILENT
         tests = self._tests[LASER]
         ratios = self._scans.update(scan, way, suspected=tests.suspected(FaultKind.BLIND))
-        tests.update(self._number, FaultKind.BLIND, ratios.blind)
-        tests.update(self._number, FaultKind.FROZEN, ratios.frozen)
+        tests.update(self._now, FaultKind.BLIND, ratios.blind)
+        tests.update(self._now, FaultKind.FROZEN, ratios.frozen)
         return SILENT if ratios.repeated else self._motion.update(scan, view)
 
     def _look_at_odometry(self, view: View, motion: MotionRatios, moved: float) -> None:
         """Test the odometer against the laser, or the laser against the odometer where that is ill."""
         odometry, laser = self._tests[ODOMETRY], self._tests[LASER]
         # The first view has no motion yet, so that only the second tells whether there is an odometer at all.
-        lost = (self._had_odometry or self._number > 0) and not measures(view)
+        lost = (self._had_odometry or self._now.view > 0) and not measures(view)
         self._had_odometry = self._had_odometry or measures(view)
-        odometry.update(self._number, FaultKind.LOST, CERTAIN if lost else -CERTAIN)
-        if lost or not self._number or not measures(view):
+        odometry.update(self._now, FaultKind.LOST, CERTAIN if lost else -CERTAIN)
+        if lost or not self._now.view or not measures(view):
             return
         stands = abs(view.distance) < STILL and abs(view.turn) < STILL
         seen = motion.odometry.get(FaultKind.FROZEN, 0.0)
-        odometry.update(self._number, FaultKind.FROZEN, bounded(seen + moved) if stands else -MOST)
+        odometry.update(self._now, FaultKind.FROZEN, bounded(seen + moved) if stands else -MOST)
         if laser.fault is None:
             for kind in (FaultKind.DOUBLED, FaultKind.REVERSED, FaultKind.SLIPPING):
-                odometry.update(self._number, kind, motion.odometry.get(kind, 0.0))
+                odometry.update(self._now, kind, motion.odometry.get(kind, 0.0))
         if odometry.fault is None:
-            laser.update(self._number, FaultKind.MIRRORED, motion.mirrored, motion.flipped)
+            laser.update(self._now, FaultKind.MIRRORED, motion.mirrored, motion.flipped)
 
 
 def usable_view(view: View, faults: Collection[DeclaredFault]) -> View:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.health.change import DECLARE, MOST, RECOVER, ChangeTest, gaussian
+from refseq.health.change import DECLARE, MOST, RECOVER, ChangeTest, Moment, gaussian
 
 RATIOS = st.floats(-MOST, MOST)
 
@@ -14,17 +14,17 @@ RATIOS = st.floats(-MOST, MOST)
 def test_the_score_is_the_best_over_all_views_at_which_the_change_may_have_come(ratios):
     test = ChangeTest()
     for number, (ratio, change) in enumerate(ratios):
-        test.update(number, ratio, change)
+        test.update(Moment(number, 0.1 * number), ratio, change)
     scores = {t: ratios[t][1] + math.fsum(ratio for ratio, _ in ratios[t + 1 :]) for t in range(len(ratios))}
     assert test.score == pytest.approx(max(scores.values()), abs=1e-9)
-    assert scores[test.since] == pytest.approx(test.score, abs=1e-9)
+    assert scores[test.since.view] == pytest.approx(test.score, abs=1e-9)
 
 
 def test_a_healthy_sensor_with_honest_ratios_is_declared_less_than_once_in_ten_thousand_views():
     # Ratios of N(1, 1) to N(0, 1) under N(0, 1): x − ½.
     rng, test, declared = np.random.default_rng(1), ChangeTest(), 0
     for number, x in enumerate(rng.standard_normal(100_000)):
-        test.update(number, float(x) - 0.5)
+        test.update(Moment(number, 0.1 * number), float(x) - 0.5)
         if test.due:
             declared += 1
             test.restart()
@@ -34,22 +34,22 @@ def test_a_healthy_sensor_with_honest_ratios_is_declared_less_than_once_in_ten_t
 def test_the_same_ratios_under_the_fault_declare_it_soon_and_tell_its_beginning():
     rng, test = np.random.default_rng(1), ChangeTest()
     for number in range(200):
-        test.update(number, float(rng.standard_normal() + (2 if number >= 100 else 0)) * 2 - 2)
+        test.update(Moment(number, 0.1 * number), float(rng.standard_normal() + (2 if number >= 100 else 0)) * 2 - 2)
         if test.due:
             break
     assert 100 < number < 112
-    assert abs(test.since - 100) <= 2
+    assert abs(test.since.view - 100) <= 2
 
 
 def test_what_stood_is_taken_back_when_as_much_speaks_for_health():
     test = ChangeTest()
-    test.update(0, DECLARE)
+    test.update(Moment(0, 0.0), DECLARE)
     assert test.due
     test.turn_over()
     assert test.declared
-    test.update(1, 3.0)
+    test.update(Moment(1, 0.0), 3.0)
     assert not test.due
-    test.update(2, -RECOVER)
+    test.update(Moment(2, 0.0), -RECOVER)
     assert test.due
 
 

@@ -62,7 +62,7 @@ def test_an_odometer_that_drifts_by_three_percent_is_put_right(scale: float, see
 @some
 @given(st.floats(0.6, 1.6), st.integers(0, 10**6))
 def test_an_odometer_of_another_scale_counts_in_metres_of_the_map(scale: float, seed: int) -> None:
-    """Between two views it goes on by what the belief takes the odometer's way for, and so one of any scale is as good."""
+    """Between two views it goes on by what the belief takes the odometer for, and so one of any scale is as good."""
     rng, where = np.random.default_rng(seed), ProgressFilter(WAY, TRUST)
     for x in range(61):
         told = replace(seen_at(WAY.along, float(np.clip(x + rng.normal(0, 0.1), 0, 60))), odometer_scale=1 / scale)
