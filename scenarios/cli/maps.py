@@ -30,7 +30,11 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from refseq.atlas.decision import Decision
+    from refseq.atlas.merge import Merged
+    from refseq.map.map import Map
 
 BELOW = 1
 
@@ -39,7 +43,7 @@ LEARN_HELP = """Examples:
 * `refseq learn reference.mcap -o map.refseq`
 * `refseq learn reference.mcap --sensors camera-1 -o one-camera.refseq`
 * `refseq learn reference.mcap --most-informative 1000 -o small.refseq`
-* `refseq learn robot.log --views 0:160 --thin 0.5 --features walls,boundary,sectors -o laser.refseq`"""
+* `refseq learn robot.log --views 0:160 --thin 0.5 --profile best -o laser.refseq`"""
 
 app = group("Merge, compact and compare maps, find routes in them, look into them.")
 
@@ -133,16 +137,8 @@ def merge(
     from refseq_bench.scenarios.maps import joins, members
     from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
     from refseq_bench.scenarios.maps.joins_page import write_joins_page
-    from refseq_bench.scenarios.maps.merge_notes import merge_notes
-    from refseq_bench.scenarios.maps.view_pictures import check_recordings
 
-    check_output(output, write_decisions, page)
-    if recordings and page is None:
-        raise ScenarioError("--recordings has pictures for the page of --page; valid is to ask for that as well")
-    check_recordings(recordings or [])
-    for beside, what in ((write_decisions, "its decisions"), (page, "its page")):
-        if beside is not None and beside.resolve() == output.resolve():
-            raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
+    _check_merge_files(output, write_decisions, page, recordings or [])
     settings = OverlapSettings(least=min_overlap)
     files, before = (maps, []) if keep_joins else members.with_members(maps)
     # A map that was merged before may be replaced: its members stay.
@@ -163,8 +159,29 @@ def merge(
     if all(one.has_one_path for one in read):
         whole = members.recorded(whole, files, output, members.newest(answers, wishes))
     whole.save(output)
+    _tell_merged(merged, read, whole, output)
+
+
+def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, recordings: list[Path]) -> None:
+    """Tell before the work begins which files do not fit each other."""
+    from refseq_bench.scenarios.maps.view_pictures import check_recordings
+
+    check_output(output, decisions, page)
+    if recordings and page is None:
+        raise ScenarioError("--recordings has pictures for the page of --page; valid is to ask for that as well")
+    check_recordings(recordings)
+    for beside, what in ((decisions, "its decisions"), (page, "its page")):
+        if beside is not None and beside.resolve() == output.resolve():
+            raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
+
+
+def _tell_merged(merged: "Merged", read: "Sequence[Map]", whole: "Map", output: Path) -> None:
+    """Print the joins, what is to be known of them, and how large the written map is."""
+    from refseq_bench.scenarios.maps.joins import decision_table
+    from refseq_bench.scenarios.maps.merge_notes import merge_notes
+
     if merged.decisions:
-        out.print(joins.decision_table(merged.decisions))
+        out.print(decision_table(merged.decisions))
     for line in merge_notes(merged, read):
         say(err, f"note: {line}")
     joined = sum(decision.joined for decision in merged.decisions)

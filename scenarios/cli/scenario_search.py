@@ -1,7 +1,7 @@
 """The command ``refseq scenario search``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +16,9 @@ from refseq_bench.scenarios.cli.terminal.options import (
 from refseq_bench.scenarios.drives.inputs import check_folder, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.campaign.declare.cases import Case
 
 SEARCH_HELP = """Examples:
 
@@ -45,27 +48,16 @@ def search(
     output: Annotated[Path, output("Folder for what is found.", "FOLDER")] = Path("out/search"),
 ) -> None:
     """Search a scenario's dials for the point at which a method fails, and the smallest change that does it."""
-    from refseq_bench.scenarios.campaign.declare.cases import find
-    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
     from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
     from refseq_bench.scenarios.campaign.search.dials import selected_dials
     from refseq_bench.scenarios.campaign.search.search import found_words, write_search
     from refseq_bench.scenarios.campaign.search.search import search as searched
     from refseq_bench.scenarios.campaign.search.seek import Prober
     from refseq_bench.scenarios.campaign.store.cache import Store
-    from refseq_bench.scenarios.methods.by_name import written_out
-    from refseq_bench.sim.rendering.renderer import RendererKind
     from refseq_bench.user_cache import user_cache
 
     check_folder(output)
-    cases = find([scenario])
-    if len(cases) != 1:
-        raise ScenarioError(f"{scenario}: makes {len(cases)} cases; valid is one, such as {cases[0].name}")
-    if len(several := written_out((method,))) > 1:
-        raise ScenarioError(f"--method {method}: stands for several; valid is one, such as {several[-1]}")
-    cases = with_methods(cases, [method], ["none"])
-    cases = with_seeds(cases, seeds or str(cases[0].scenario.seeds[0]))
-    (case,) = with_renderer(cases, RendererKind(renderer))
+    case = _easy_point(scenario, method, seeds, renderer)
     dials = selected_dials(case, dial or ())
     store = Store(cache or user_cache())
     executor = LocalWorkers(workers, store.folder)
@@ -87,3 +79,20 @@ def search(
         say(out, f"smallest change: {found_words(found.smallest)}")
     for file in files:
         say(out, f"{file} is written")
+
+
+def _easy_point(scenario: str, method: str, seeds: str | None, renderer: CameraRenderer) -> "Case":
+    """The one case that the search begins at, for one method. Raises ``ScenarioError`` where there are several."""
+    from refseq_bench.scenarios.campaign.declare.cases import find
+    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
+    from refseq_bench.scenarios.methods.by_name import written_out
+    from refseq_bench.sim.rendering.renderer import RendererKind
+
+    cases = find([scenario])
+    if len(cases) != 1:
+        raise ScenarioError(f"{scenario}: makes {len(cases)} cases; valid is one, such as {cases[0].name}")
+    if len(several := written_out((method,))) > 1:
+        raise ScenarioError(f"--method {method}: stands for several; valid is one, such as {several[-1]}")
+    cases = with_seeds(with_methods(cases, [method], ["none"]), seeds or str(cases[0].scenario.seeds[0]))
+    (case,) = with_renderer(cases, RendererKind(renderer))
+    return case

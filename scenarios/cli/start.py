@@ -1,4 +1,4 @@
-"""Where the installed command begins: Ctrl-C while the command line is still being imported ends it in a line as well."""
+"""The installed command: Ctrl-C while the command line is still being imported ends it in a line as well."""
 
 import sys
 
