@@ -90,6 +90,26 @@ def test_a_drive_is_localised_in_an_atlas(refseq: Refseq, here: Path) -> None:
     assert row(answer.out, "says lost") == lost
 
 
+@pytest.mark.parametrize("scale", [1.0, 1.3])
+def test_an_odometer_whose_metres_are_others_than_the_map_s_is_told(refseq: Refseq, here: Path, scale: float) -> None:
+    """On the terminal, to other programs, and view by view in the table of beliefs."""
+    learn(corridor_drive(np.random.default_rng(1), count=36, size=96), profile=BEST).save(here / "whole.refseq")
+    with RecordingWriter(here / "scaled.mcap", {}) as writer:
+        for k, view in enumerate(corridor_drive(np.random.default_rng(2), count=36, size=96)):
+            writer.write(replace(view, scan=None), Pose(scale * 0.85 * k, 0, 0))
+    words = "localise whole.refseq scaled.mcap --stage prior --stage chain -o scaled.parquet"
+    answer = refseq(*words.split())
+    assert (answer.code, answer.err) == (0, "")
+    told = re.findall(
+        r"^(.*): one metre of the drive's odometer is taken for ([0-9.]+) m of the map$", answer.out, re.M
+    )
+    prior, chain = (one["odometer_scale"] for one in json.loads(refseq(*words.split(), "--json").out)["stages"])
+    assert told == ([] if scale == 1 else [("chain", f"{chain:.2f}")])
+    assert (prior, scale * chain) == (1.0, pytest.approx(1.0, abs=0.04))
+    beliefs = read_beliefs(here / "scaled.parquet")[Stage.CHAIN]
+    assert (beliefs[0].odometer_scale, beliefs[-1].odometer_scale) == (1.0, chain)
+
+
 def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, here: Path) -> None:
     answer = refseq("localise", "atlas.refseq", "query.mcap", "--stage", "uniform", "--at-least", "90")
     assert (answer.code, answer.err) == (0, "")
