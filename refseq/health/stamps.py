@@ -13,8 +13,9 @@ RANGE = 20.0
 LONG = 10.0
 """Factor of the usual time below which a stretch is only a slow one."""
 
-SPEEDS = 5.0
-"""A robot does not go so many times as fast as it has gone so far."""
+SPEEDS, SHORT = 5.0, 0.5
+"""A robot does not go so many times as fast as it has gone so far: in less than this share of the usual time the stamps
+are wrong, in more the odometer."""
 
 CLEAR_WAY, SLOW = 0.3, 0.2
 """Way below which the speed is not asked for [m], and the least that counts as a robot's highest speed [m/s]."""
@@ -39,7 +40,8 @@ class StampWatch:
         elapsed = time - last
         if not elapsed > 0:
             return CERTAIN
-        if self._seen >= LEAST_TIMES and way > CLEAR_WAY and way / elapsed > SPEEDS * max(self._speed, SLOW):
+        short = self._seen >= LEAST_TIMES and way > CLEAR_WAY and elapsed < SHORT * self._usual
+        if short and way / elapsed > SPEEDS * max(self._speed, SLOW):
             return CERTAIN / 2
         ratio = self._ahead(elapsed)
         if ratio <= 0:

@@ -90,6 +90,9 @@ def seconds_of(stamp: int) -> float:
     return stamp / NANOSECONDS
 
 
+EMPTY = " without a value"
+"""Ending of a kind of messages of which some told nothing, in ``LogSource.skipped``."""
+
 NANOSECONDS = 1_000_000_000
 
 

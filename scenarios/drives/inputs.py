@@ -171,6 +171,7 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
     import numpy as np
 
     from refseq.view import ASSUMED
+    from refseq_bench.scenarios.drives.odometry_doubts import odometry_doubts
     from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
     from refseq_bench.scenarios.drives.truth_fit import check_truth
 
@@ -192,7 +193,8 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
             source.path,
         )
     if selection.times is None:
-        for told in _left_out(plan):
+        doubts = odometry_doubts(plan.views, plan.views[0].time) if plan.views and not assumed else ()
+        for told in (*doubts, *_left_out(plan)):
             logging.getLogger(__name__).warning("%s: %s; `refseq log check` tells more", source.path, told)
     if selection.noise_seed is not None:
         plan = plan.with_noise(np.random.default_rng(selection.noise_seed))

@@ -15,6 +15,7 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection, plan_drive
+from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps
 from refseq_bench.scenarios.drives.repeated_truth import one_path
 from refseq_bench.scenarios.drives.truth_fit import truth_doubt
 from refseq_bench.scenarios.errors import ScenarioError
@@ -89,7 +90,8 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     troubles = troubles_of(found, plan)
     cost = expected_cost([] if plan is None else _sample_views(found, plan, troubles), views, PROFILE)
     same = one_path(way, true)
-    driven = _travelled(way, true if len(true) > MOST * len(way) and not same else way)
+    places = true if len(true) > MOST * len(way) and not same else way
+    driven = _travelled(way, places, jumps=bool(plan and odometry_jumps(plan.views)))
     prospect = Prospect(path, selection, plan, refusal, views, driven, same, troubles)
     offsets = sensor_offsets(plan) if plan else {}
     doubts = _doubts(plan, selection)
@@ -142,8 +144,13 @@ def _way(plan: ViewPlan | None) -> NDArray[np.float64]:
     return dead_reckoned(views, views[0].truth if views else None)
 
 
-def _travelled(way: NDArray[np.float64], places: NDArray[np.float64]) -> Travel:
-    """Figures of the way by odometry; revisits by ``places``, the true ones where they are known: odometers drift."""
+def _travelled(way: NDArray[np.float64], places: NDArray[np.float64], *, jumps: bool) -> Travel:
+    """Figures of the way by odometry; revisits by ``places``, the true ones where they are known: odometers drift.
+
+    Where odometry ``jumps`` nobody knows where behind that it comes back to.
+    """
+    if jumps:
+        return replace(travel(way), revisited=0.0, back_at=math.nan)
     there = travel(places)
     return replace(travel(way), revisited=there.revisited, back_at=there.back_at)
 
@@ -173,6 +180,8 @@ def taken_as(topic: TopicSurvey, plan: ViewPlan | None) -> str:
         case Role.TRANSFORMS:
             moved = bool(findings and any("transforms" in one for one in (findings.odometry, findings.truth)))
             return "transforms: mounts and poses" if moved else "transforms: mounts of the sensors"
+        case Role.ODOMETRY | Role.TRUTH if not topic.timing.count:
+            return "ignored: none of its messages tells a pose"
         case Role.ODOMETRY | Role.TRUTH if findings:
             return f"ignored: {role} is that of {getattr(findings, str(role))}"
         case Role.CAMERA if any(picture.is_depth for _, picture in pictures_of(topic, 1)):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from refseq.logs.pairing.plan import ViewPlan
 from refseq_bench.scenarios.drives.inputs import DriveSelection
+from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps
 from refseq_bench.scenarios.log_tools.survey import motion_origin
 from refseq_bench.scenarios.log_tools.travel import Travel
 
@@ -92,12 +93,15 @@ def _learn(of: Prospect) -> LogVerdict:
         reason = "no odometry: give it as a trajectory (TUM, KITTI or EuRoC)"
         return LogVerdict("learn", Usability.FAILS, reason, _commands(of, "check", more="--odometry FILE"))
     if of.length < SHORT:
-        reason = f"the robot hardly moves: {of.length:.2f} m by {motion_origin(of.plan.findings)}"
-        return LogVerdict("learn", Usability.FAILS, reason)
+        return LogVerdict("learn", Usability.FAILS, _hardly_moves(of, of.plan))
+    if of.troubles and not of.well:
+        return LogVerdict("learn", Usability.FAILS, of.trouble)
+    if jumps := odometry_jumps(of.plan.views):
+        reason = "the odometry jumps: learn what lies before that, or behind"
+        split = jumps[0].view if of.selection.views is None else None
+        return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "learn", split))
     if of.troubles:
-        return LogVerdict(
-            "learn", Usability.LIMITED if of.well else Usability.FAILS, of.trouble, _commands(of, "learn")
-        )
+        return LogVerdict("learn", Usability.LIMITED, of.trouble, _commands(of, "learn"))
     if of.views < FEW_VIEWS:
         reason = f"{of.views} views over {of.length:.1f} m: hardly an order of views to go by"
         return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "learn"))
@@ -112,12 +116,20 @@ def _localise(of: Prospect) -> LogVerdict:
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "alone"))
     if of.troubles and not of.well:
         return LogVerdict("localise", Usability.FAILS, of.trouble)
+    if of.length < SHORT:
+        reason = f"in a map of another drive; {_hardly_moves(of, of.plan)}"
+        return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "in a map"))
     split = split_at(of.plan, of.travel) if of.selection.views is None else None
     if split is not None:
         reason = f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest"
         return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split))
     reason = "in a map of another drive along the same path"
     return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+
+
+def _hardly_moves(of: Prospect, plan: ViewPlan) -> str:
+    origin = motion_origin(plan.findings)
+    return f"the robot hardly moves: {of.length:.2f} m by the poses of {origin}; velocities are not read"
 
 
 def _score(of: Prospect) -> LogVerdict:
@@ -152,7 +164,7 @@ def split_at(plan: ViewPlan, travel: Travel) -> int | None:
 
 
 def _commands(of: Prospect, task: str, split: int | None = None, more: str = "") -> tuple[str, ...]:
-    """The words to type; at ``split`` a drive that comes back is cut in two, of which the first is learnt."""
+    """The words to type; a drive that comes back, or jumps, is cut in two at ``split``, and its first part learnt."""
     log, options = shlex.quote(str(of.path)), selection_words(of.selection)
     if of.troubles and task != "check":
         options += [f"--sensors {shlex.quote(','.join(of.well))}"]
@@ -160,10 +172,12 @@ def _commands(of: Prospect, task: str, split: int | None = None, more: str = "")
     learnt, beliefs = shlex.quote(f"{stem}.refseq"), "beliefs.parquet"
     if task == "check":
         return (" ".join(["refseq log check", log, *options, more]),)
-    if task == "alone":
-        return (" ".join(["refseq localise MAP", log, *options, "--stage uniform -o", beliefs]),)
+    if task in ("alone", "in a map"):
+        stage = ["--stage uniform"] if task == "alone" else []
+        return (" ".join(["refseq localise MAP", log, *options, *stage, "-o", beliefs]),)
     if task == "learn":
-        return (" ".join(["refseq learn", log, *options, f"--profile {PROFILE} -o", learnt]),)
+        before = [f"--views 0:{split}"] if split else []
+        return (" ".join(["refseq learn", log, *before, *options, f"--profile {PROFILE} -o", learnt]),)
     if split is None or of.plan is None:
         return (" ".join(["refseq localise", learnt, "SECOND", *options, "-o", beliefs]),)
     part = shlex.quote(f"{stem}-first.refseq")

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 
 from refseq.logs.findings import Findings
 from refseq.logs.pairing.plan import ViewPlan
-from refseq.logs.source import Role
+from refseq.logs.source import EMPTY, Role
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, topic_of
 from refseq_bench.scenarios.log_tools.units import unit_doubts
@@ -29,12 +29,21 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, C
     if not found.source.complete:
         lines.append(f"the log is incomplete: {found.source.damage}; what lies before is read")
     lines += _of_clocks(found)
+    lines += _of_empty(found)
     if plan is not None:
         lines += _of_other_clocks(found, plan.findings)
         lines += _of_offsets(plan.findings, offsets)
         lines += _of_pairing(found, plan.findings)
         lines += unit_doubts(found, plan)
     return tuple(lines)
+
+
+def _of_empty(found: LogSurvey) -> Iterator[str]:
+    """Warnings about messages that tell nothing, which ``LogSource.skipped`` counts by kind."""
+    for kind, count in found.source.skipped.items():
+        if kind.endswith(EMPTY):
+            why = "before a key frame" if "Video" in kind else "no number, or a rotation of nothing but zeros"
+            yield f"{times(count, 'message')} of {kind}: {why}"
 
 
 def _of_clocks(found: LogSurvey) -> Iterator[str]:

@@ -15,7 +15,7 @@ from refseq.logs.foxglove.index import McapIndex, index_of
 from refseq.logs.foxglove.messages import MessageDecoder, role_of
 from refseq.logs.foxglove.records import McapMessage, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME, PROFILE
-from refseq.logs.source import Channel, Content, Role, Sample, seconds_of
+from refseq.logs.source import EMPTY, Channel, Content, Role, Sample, seconds_of
 
 
 class FoxgloveSource:
@@ -60,7 +60,7 @@ class FoxgloveSource:
             if channel.role is Role.IGNORED:
                 found[channel.schema] += channel.count
             elif empty := self._empty[channel.topic]:
-                found[f"{channel.schema} without a value"] += empty
+                found[f"{channel.schema}{EMPTY}"] += empty
         return {schema: count for schema, count in found.items() if count}
 
     @property

@@ -12,7 +12,7 @@ from refseq.logs.closing import noted_damage
 from refseq.logs.ros.decoder import RosDecoder, Serialization
 from refseq.logs.ros.files import BagFiles, open_bag
 from refseq.logs.ros.storage import DamagedBagError, StoredMessage
-from refseq.logs.source import Channel, Role, Sample
+from refseq.logs.source import EMPTY, Channel, Role, Sample
 
 VIEWS_KEY = "refseq_views"
 """Note in the metadata of a bag of ours: messages of one view have one log time. Its value: topic → camera's name."""
@@ -117,7 +117,7 @@ class RosBag:
         except LogError as error:
             raise LogError(f"{self.path}: {error}") from error
         if sample is None:
-            kind, number = self._empty.get(channel.topic, (f"{channel.schema} without a value", 0))
+            kind, number = self._empty.get(channel.topic, (f"{channel.schema}{EMPTY}", 0))
             self._empty[channel.topic] = kind, number + 1
             return None
         return replace(sample, moment=stored.logged) if self.has_moments else sample

@@ -1,12 +1,13 @@
 """Warnings about offsets, other clocks and pairing, on findings that are laid out by hand."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from refseq.logs.source import EMPTY
 from refseq.view import Scan, View
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.warnings import times, warnings_of
@@ -26,11 +27,12 @@ def told(
     scans: Any = None,
     damage: str = "",
     views: Sequence[View] = (),
+    skipped: Mapping[str, int] | None = None,
     **findings: Any,
 ) -> list[str]:
     """Warnings about a log of a camera, which leads, a laser and odometry."""
     topics = (topic("/odom"), topic("/camera"), scans or topic("/scan"))
-    source = SimpleNamespace(complete=not damage, damage=damage)
+    source = SimpleNamespace(complete=not damage, damage=damage, skipped=skipped or {})
     found: Any = SimpleNamespace(source=source, topics=topics, start=0.0)
     plain = {
         "sensors": {"/camera": "camera", "/scan": "laser"},
@@ -97,6 +99,14 @@ def test_what_is_told_of_a_log_comes_in_the_order_of_weight() -> None:
     assert len(lines) == 4
 
 
+def test_messages_without_a_value_are_told_and_other_kinds_are_not() -> None:
+    skipped = {"rosgraph_msgs/msg/Log": 7, f"nav_msgs/msg/Odometry{EMPTY}": 1, f"foxglove.CompressedVideo{EMPTY}": 5}
+    assert told(skipped=skipped) == [
+        "1 message of nav_msgs/msg/Odometry without a value: no number, or a rotation of nothing but zeros",
+        "5 messages of foxglove.CompressedVideo without a value: before a key frame",
+    ]
+
+
 def test_counts() -> None:
     assert [times(count, "pause") for count in (0, 1, 2)] == ["0 pauses", "1 pause", "2 pauses"]
 
@@ -111,7 +121,12 @@ def driven(*ways: float, step: float = 0.5) -> list[View]:
         (driven(0.0, *[400.0] * 5), "/odom: the robot goes 800 m/s: are its poses in metres?"),
         (
             driven(0.0, 0.4, 0.4, -1000.0, 0.4, 0.4),
-            "/odom: 1 of 5 steps are faster than 30 m/s, the first of 1000.0 m in 0.50 s at 1.0 s",
+            "/odom: poses jump by 1000.0 m within 0.50 s at 1.0 s: read what lies before or behind (--views)",
+        ),
+        (
+            driven(0.0, *[0.4] * 8, 31.0, *[0.4] * 8, -12.0, 0.4, step=2.0),
+            "/odom: poses jump by 31.0 m within 2.00 s at 16.0 s, and once more: read what lies before or behind "
+            "(--views)",
         ),
     ],
 )

@@ -1,0 +1,62 @@
+"""Odometry that no robot has: poses in other units, and poses that jump, as where a program began anew."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import View
+
+FASTEST = 30.0
+"""No robot of this kind goes faster [m/s]."""
+SAME = 0.01
+"""Views so near to each other in time tell no speed [s]."""
+JUMP = 3.0
+"""A shorter step is no jump [m]."""
+FASTER, USUAL, FEWEST = 5.0, 75, 10
+"""A step has jumped that is so many times faster than this percentile of the drive's, where it has so many steps."""
+
+
+class OdometryJump(NamedTuple):
+    """A step of ``way`` [m] within ``seconds`` to view ``view``, counted before thinning, at ``time`` [s]."""
+
+    view: int
+    way: float
+    seconds: float
+    time: float
+
+
+def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
+    """Steps that are faster than any robot, or far faster than this one goes; none where most of them are."""
+    times, ways, lasts, speeds = _steps(views)
+    usual = float(np.percentile(speeds, USUAL)) if len(speeds) >= FEWEST else np.inf
+    jumped = np.flatnonzero((ways > JUMP) & (speeds > min(FASTEST, FASTER * usual)))
+    if 2 * len(jumped) > len(speeds):
+        return []
+    return [OdometryJump(int(k) + 1, float(ways[k]), float(lasts[k]), float(times[k])) for k in jumped]
+
+
+def odometry_doubts(views: Sequence[View], start: float) -> Iterator[str]:
+    """A sentence for poses that are no robot's in metres, or for those that jump; times from ``start`` [s] on."""
+    *_, speeds = _steps(views)
+    moving = speeds[speeds > 0]
+    if 2 * (moving > FASTEST).sum() > len(moving):
+        yield f"the robot goes {np.median(moving):.0f} m/s: are its poses in metres?"
+    elif jumps := odometry_jumps(views):
+        first = jumps[0]
+        more = {1: "", 2: ", and once more"}.get(len(jumps), f", and {len(jumps) - 1} times more")
+        yield (
+            f"poses jump by {first.way:.1f} m within {first.seconds:.2f} s at {first.time - start:.1f} s{more}: "
+            "read what lies before or behind (--views)"
+        )
+
+
+def _steps(views: Sequence[View]) -> tuple[NDArray[np.float64], ...]:
+    """Of each step from view to view its begin [s], way [m], time taken [s] and speed [m/s], 0 where nothing tells."""
+    times = np.array([view.time for view in views], np.float64)
+    ways = np.abs(np.array([view.distance for view in views], np.float64))[1:]
+    lasts = np.diff(times)
+    # Stamps of a log that was made of another one may stand still.
+    speeds = np.divide(ways, lasts, out=np.zeros_like(ways), where=lasts > SAME)
+    return times[:-1], ways, lasts, speeds
