@@ -1,6 +1,6 @@
 """Belief: a localiser's answer to a view, and the protocol that every localiser fits."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import NamedTuple, Protocol
 
@@ -40,7 +40,13 @@ class BeliefMode(NamedTuple):
     probability: float
 
 
-@dataclass(frozen=True, slots=True)
+def _same_values(one: "Belief | PoseBeside", other: "Belief | PoseBeside") -> bool:
+    """Two answers field by field, of those that are compared; arrays number by number."""
+    pairs = ((getattr(one, at.name), getattr(other, at.name)) for at in fields(one) if at.compare)
+    return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else type(a) is type(b) and a == b for a, b in pairs)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PoseBeside:
     """Pose of the robot as seen from a place, in the frame of the robot that learnt it.
 
@@ -53,6 +59,12 @@ class PoseBeside:
     aside: float
     heading: float
     covariance: NDArray[np.float64]
+
+    def __eq__(self, other: object) -> bool:
+        """The same pose and covariance, number by number."""
+        return _same_values(self, other) if isinstance(other, PoseBeside) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def motion(self) -> tuple[float, float, float]:
@@ -123,7 +135,7 @@ class Timings:
         return self.features + self.matching + self.mixture + self.chain
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Belief:
     """Distribution over where the robot is.
 
@@ -146,11 +158,17 @@ class Belief:
     best: int
     path: tuple[int, ...]
     entropy: float
-    timings: Timings = Timings()
+    timings: Timings = field(default=Timings(), compare=False)
     faults: tuple[DeclaredFault, ...] = ()
     lost_after: NDArray[np.float64] | None = None
     pose: PoseBeside | None = None
     odometer_scale: float = 1.0
+
+    def __eq__(self, other: object) -> bool:
+        """The same answer to the last bit, whatever time it took."""
+        return _same_values(self, other) if isinstance(other, Belief) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def last_sure(self) -> int | None:

@@ -42,6 +42,7 @@ def sound(view: View) -> View:
     measured, becomes NaN. Raises ``ViewError`` for what is no view, for a time or motion that is no number, for names
     of cameras that none can have, for a behaviour that is no text, and for a scan whose ranges are no row of numbers or
     whose angles or range no scanner has.
+    A scan without beams is none.
     """
     if not isinstance(view, View):
         raise ViewError(f"a view is a {type(view).__name__}; valid is refseq.View")
@@ -51,7 +52,7 @@ def sound(view: View) -> View:
     if not isinstance(view.behaviour, str):
         raise ViewError(f"view at {view.time:g} s: behaviour is {_told(view.behaviour)}; valid is a text")
     distance, turn = _motion(view.distance, "distance", view.time), _motion(view.turn, "turn", view.time)
-    scan = None if view.scan is None else _scan(view.scan, view.time)
+    scan = None if view.scan is None or _has_no_beams(view.scan) else _scan(view.scan, view.time)
     same = scan is view.scan and distance is view.distance and turn is view.turn
     return view if same else replace(view, scan=scan, distance=distance, turn=turn)
 
@@ -159,6 +160,10 @@ def _scan(scan: Scan, time: float) -> Scan:
     if not np.array_equal(told, scan.ranges):
         scan = replace(scan, ranges=told)
     return _turned_round(scan) if scan.step < 0 else scan
+
+
+def _has_no_beams(scan: object) -> bool:
+    return isinstance(scan, Scan) and np.shape(scan.ranges) == (0,)
 
 
 def _turned_round(scan: Scan) -> Scan:

@@ -1,5 +1,6 @@
 """Interfaces of what writes drives: a format, and a drive that is being written in it."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -7,23 +8,39 @@ from typing import Protocol, Self
 
 from refseq.errors import LogError
 from refseq.intake import usable
+from refseq.limits import METRES
 from refseq.logs.rig import SensorRig
 from refseq.planar import Pose
 from refseq.view import View
+
+LATEST = float(2**32)
+"""Messages have their seconds in 32 bits."""
 
 
 def writable(view: View, odometry: Pose) -> View:
     """The view as a file can hold it, with grey pictures.
 
-    Raises ``ViewError`` for one that is not ``usable``, and ``LogError`` for one without a pose of the odometer, or
-    from before the year 1970, when all clocks of logs begin.
+    Raises ``ViewError`` for one that is not ``usable``, and ``LogError`` for one without a finite pose of the odometer,
+    from before the year 1970, when all clocks of logs begin, or from after 2106, when those of messages end.
     """
     if not isinstance(odometry, Pose):
         raise LogError(f"the odometer's pose is a {type(odometry).__name__}; valid is refseq.Pose")
     view = usable(view)
-    if view.time < 0:
-        raise LogError(f"a view is at {view.time} s; valid are times from 0 on")
+    if not 0 <= view.time < LATEST:
+        raise LogError(f"a view is at {view.time:g} s; valid are seconds from 0 to {LATEST:g}")
+    numbers = (odometry.x, odometry.y, odometry.heading)
+    if not all(math.isfinite(number) and abs(number) <= METRES for number in numbers):
+        where = f"view at {view.time:g} s: the odometer's pose"
+        raise LogError(f"{where} is {numbers}; valid are numbers from {-METRES:g} to {METRES:g}")
     return view
+
+
+def words_of(metadata: Mapping[str, str]) -> dict[str, str]:
+    """What is told of a drive, as a file can hold it. Raises ``LogError`` for what is no text."""
+    for key, value in metadata.items():
+        if not (isinstance(key, str) and isinstance(value, str)):
+            raise LogError(f"metadata {key!r:.60} is {value!r:.60}; valid are texts by texts")
+    return dict(metadata)
 
 
 class DriveWriter(Protocol):

@@ -4,7 +4,7 @@ One path is the common case. Several become one map beside each other, or merged
 of them share is then held by one sequence, and both paths run through it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -19,7 +19,7 @@ from refseq.belief import LOST_ABOVE, Belief
 from refseq.errors import MapError
 from refseq.features.word_extractor import PictureKeys
 from refseq.inference.chain.network import Network
-from refseq.map.format.archive import open_archive, pack, write_archive
+from refseq.map.format.archive import archive_of, open_archive, pack, write_archive
 from refseq.map.format.file import described, read_parts
 from refseq.map.growth.record import NOT_GROWN, GrowthRecord
 from refseq.map.merge_record import NOT_MERGED, MergeRecord
@@ -94,6 +94,20 @@ class Map:
     def save(self, file: Path | str) -> None:
         """Write the map, replacing ``file`` in one step. Raises ``MapError`` when it cannot be written."""
         write_archive(Path(file), self.to_bytes())
+
+    @classmethod
+    def from_bytes(cls, content: bytes) -> Self:
+        """The inverse of ``to_bytes``. Raises ``MapError`` as ``load`` does."""
+        with archive_of(content) as archive:
+            return cls(*read_parts(archive))
+
+    def __reduce__(self) -> tuple[Callable[[bytes], "Map"], tuple[bytes]]:
+        """A map goes to another process as the content of its file."""
+        return Map.from_bytes, (self.to_bytes(),)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """Nothing in a map ever changes, so that it is its own copy."""
+        return self
 
     def to_bytes(self) -> bytes:
         """The content of the map's file: the same map gives the same bytes."""

@@ -129,6 +129,7 @@ def exit_code(words: list[str]) -> int:
     try:
         with command_tree(*(name for name in asked if name in NAMES)).make_context("refseq", words) as context:
             context.command.invoke(context)
+        sys.stdout.flush()
     except typer.Exit as leave:
         return leave.exit_code
     except typer.Abort:
@@ -142,9 +143,13 @@ def exit_code(words: list[str]) -> int:
     except MemoryError:
         return _told("error: the memory of this machine is not enough for what was asked", BAD_INPUT)
     except BrokenPipeError:  # whoever read our output has enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _print_nothing_more()
         return BELOW
     except Exception as error:
+        # A file that cannot be written is named; what has no name is the output.
+        if isinstance(error, OSError) and error.errno in FULL and error.filename is None:
+            _print_nothing_more()
+            return _told(f"error: the output cannot be written: {error.strerror}", BAD_INPUT)
         # Whoever asks the system for a file by such a name is told so, even if only whether it is there.
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             return _told(f"error: {str(error.filename)[:80]!r}…: is too long for a file's name", BAD_INPUT)
@@ -164,6 +169,14 @@ FAILURES = {
     "refseq_bench.sim.teleop.session": ("AbortedError", ""),
 }
 """Errors of what ran, not of what was asked for, by their modules, and what is put before their message."""
+
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+
+
+def _print_nothing_more() -> None:
+    """Send what is still in the buffer of the standard output nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _notes(error: BaseException) -> list[str]:

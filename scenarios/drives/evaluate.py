@@ -40,7 +40,7 @@ def compare(
     if not query.sensors & frozenset(wanted):
         raise MapError(
             f"{name}: the drive's sensors ({', '.join(sorted(query.sensors)) or 'none'}) have none in common with the "
-            f"map's; valid are {', '.join(sorted(wanted))}"
+            f"map's; valid are {', '.join(sorted(wanted))}, or the drive's by those names (--topics NAME=TOPIC)"
         )
     beliefs = localise(map_, query.views, stages=stages, sensors=sensors, seed=seed)
     return comparison_of(name, map_, query, {stage: beliefs[stage] for stage in stages}, reference)

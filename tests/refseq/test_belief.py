@@ -1,11 +1,12 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.belief import Timings, belief_from, entropy, normalised_entropy
+from refseq.belief import Timings, belief_from, entropy, normalised_entropy, pose_beside
 from refseq.errors import RefseqError
 
 
@@ -33,6 +34,24 @@ def test_what_is_given_is_kept() -> None:
     assert (belief.best, belief.path, belief.timings.total) == (0, (1, -1, 0), 2.0)
     weights[0] = 9
     assert belief.places[0] == 0.25
+
+
+def test_beliefs_are_the_same_whatever_time_they_took() -> None:
+    """So that two runs can be compared by =="""
+    one = belief_from([1, 2, 3], 0.25, timings=Timings(chain=2.0), lost_after=np.array([0.1, 0.0, 0.1]))
+    pose = pose_beside((0.1, 0.2, 0.3), np.eye(3))
+    assert one == belief_from([1, 2, 3], 0.25, timings=Timings(chain=3.0), lost_after=np.array([0.1, 0.0, 0.1]))
+    assert replace(one, pose=pose) == replace(one, pose=pose_beside((0.1, 0.2, 0.3), np.eye(3)))
+    others = [
+        belief_from([1, 2, 4], 0.25, lost_after=one.lost_after),
+        replace(one, lost_after=None),
+        replace(one, lost_after=np.array([0.1, 0.1, 0.0])),
+        replace(one, odometer_scale=0.8),
+        replace(one, pose=pose),
+        "one",
+    ]
+    assert [one == other for other in others] == [False] * len(others)
+    assert replace(one, pose=pose) != replace(one, pose=pose_beside((0.1, 0.2, 0.3), 2 * np.eye(3)))
 
 
 @pytest.mark.parametrize("weights", [[], [0, 0], [1, -1], [1, math.nan], [math.inf, 1], [[1, 2]], 3.0])

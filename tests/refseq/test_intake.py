@@ -1,5 +1,6 @@
 """Views of strangers: made sense of, or refused in one line that names the view, the sensor and what is valid."""
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -337,7 +338,7 @@ def test_a_stage_goes_by_its_name_too(stage: Stage) -> None:
             lambda: learn(walk(), profile=None),
             "profile None is unknown; valid are thesis, counting, best, neural, or a Profile",
         ),
-        (lambda: learn(walk(), name=3), "the path's name is 3; valid is a text"),
+        (lambda: learn(walk(), name=3), "the path's name is 3; valid is a text of one line"),
         (
             lambda: learn(walk(), most_informative=1.5),
             "1.5 words are to be kept; valid is a whole number of at least 1",
@@ -358,7 +359,24 @@ def test_maps_are_merged_from_one_alone_and_from_a_generator() -> None:
     [
         (seen(GREY / 255), Pose(0, 0, 0), ViewError, "view at 1.5 s: front: an image of (48, 64) float64; valid is"),
         (seen(), None, LogError, "the odometer's pose is a NoneType; valid is refseq.Pose"),
-        (replace(seen(), time=-5.0), Pose(0, 0, 0), LogError, "a view is at -5.0 s; valid are times from 0 on"),
+        (
+            replace(seen(), time=-5.0),
+            Pose(0, 0, 0),
+            LogError,
+            "a view is at -5 s; valid are seconds from 0 to 4.29497e+09",
+        ),
+        (
+            replace(seen(), time=1.7e18),
+            Pose(0, 0, 0),
+            LogError,
+            "a view is at 1.7e+18 s; valid are seconds from 0 to 4.2",
+        ),
+        (
+            seen(),
+            Pose(0, math.nan, 0),
+            LogError,
+            "view at 1.5 s: the odometer's pose is (0, nan, 0); valid are numbers from",
+        ),
     ],
 )
 def test_a_log_is_not_written_of_what_it_cannot_hold(
@@ -369,6 +387,19 @@ def test_a_log_is_not_written_of_what_it_cannot_hold(
         with pytest.raises(error, match=f"^{re.escape(told)}"):
             writer.write(view, odometry)
     assert len(read_recording(tmp_path / "drive.mcap").views) == 1
+
+
+def test_a_log_of_what_is_told_in_no_text_is_not_begun(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"^metadata 'run' is 3; valid are texts by texts$"):
+        RecordingWriter(tmp_path / "drive.mcap", {"run": 3})  # type: ignore[dict-item]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scan_without_beams_is_none() -> None:
+    """Drivers send one while they begin; what the cameras saw then is a view all the same."""
+    empty = replace(seen(), scan=Scan(np.zeros(0, np.float32)))
+    assert usable(empty).scan is None
+    assert usable(empty).sensors == {"front"}
 
 
 def test_colour_is_written_as_the_grey_that_the_localiser_sees(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from refseq.errors import LogError
 from refseq.files import free_names, put
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.rig import SensorRig
-from refseq.logs.writing import writable
+from refseq.logs.writing import words_of, writable
 from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 
@@ -68,6 +68,7 @@ class RecordingWriter(ClosedAtExit):
     """
 
     def __init__(self, path: Path | str, metadata: Mapping[str, str]) -> None:
+        metadata = words_of(metadata)  # before there is a file
         self.path = path = Path(path)
         self._context = foxglove.Context()
         self._images: dict[str, CompressedImageChannel] = {}
@@ -135,7 +136,7 @@ class RecordingWriter(ClosedAtExit):
         """Add to what is told of the drive; of two values of a key the later one counts."""
         if metadata:
             with self._telling():
-                self._writer.write_metadata(METADATA_NAME, dict(metadata))
+                self._writer.write_metadata(METADATA_NAME, words_of(metadata))
 
     def close(self) -> None:
         """Finish the file and give it its name. Raises ``LogError`` when it cannot be written."""

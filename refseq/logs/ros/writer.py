@@ -25,7 +25,7 @@ from refseq.logs.ros.decoder import Serialization, known_types
 from refseq.logs.ros.files import METADATA_FILE, STORAGE_SUFFIXES
 from refseq.logs.ros.outgoing import RosMessage, ViewMessages, camera_topics
 from refseq.logs.source import NANOSECONDS
-from refseq.logs.writing import writable
+from refseq.logs.writing import words_of, writable
 from refseq.planar import Pose
 from refseq.view import View
 
@@ -90,6 +90,7 @@ class BagWriter(ClosedAtExit):
         Raises ``LogError`` where it cannot be written, or something else than a bag lies there.
         """
         check_bag_path(path)
+        metadata = words_of(metadata)  # before there is a folder
         self.path = path
         self._store = known_types(Serialization.CDR)
         self._messages = ViewMessages(self._store, rig or SensorRig())
@@ -141,7 +142,7 @@ class BagWriter(ClosedAtExit):
 
     def note(self, metadata: Mapping[str, str]) -> None:
         """Add to what is told of the drive; of two values of a key the later one counts."""
-        for key, value in metadata.items():
+        for key, value in words_of(metadata).items():
             self._writer.set_custom_data(key, value)
 
     def close(self) -> None:

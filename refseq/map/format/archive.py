@@ -115,17 +115,35 @@ class MapArchive:
 @contextmanager
 def open_archive(path: Path) -> Iterator[MapArchive]:
     """Open a map file. Whatever is wrong with it, now or when it is read, raises ``MapError`` that names it."""
+    with _naming(str(path)), open_input(path) as file, _archive_in(file) as archive:
+        yield archive
+
+
+@contextmanager
+def archive_of(content: bytes) -> Iterator[MapArchive]:
+    """Open the content of a map file. Raises as ``open_archive`` does."""
+    with _naming(f"{len(content)} bytes"), _archive_in(io.BytesIO(content)) as archive:
+        yield archive
+
+
+@contextmanager
+def _archive_in(file: IO[bytes]) -> Iterator[MapArchive]:
+    _check_directory(file)
+    with zipfile.ZipFile(file) as archive:
+        yield MapArchive(archive)
+
+
+@contextmanager
+def _naming(what: str) -> Iterator[None]:
+    """Whatever is wrong with a map becomes a ``MapError`` that names it."""
     try:
-        with open_input(path) as file:
-            _check_directory(file)
-            with zipfile.ZipFile(file) as archive:
-                yield MapArchive(archive)
+        yield
     except OSError as error:
-        raise MapError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise MapError(f"{what}: cannot be read: {error.strerror or error}") from error
     except MapError as error:
-        raise MapError(f"{path}: {error}") from error
+        raise MapError(f"{what}: {error}") from error
     except DAMAGE as error:
-        raise MapError(f"{path}: is not a .refseq map, or is damaged: {error}") from error
+        raise MapError(f"{what}: is not a .refseq map, or is damaged: {error}") from error
 
 
 def _check_directory(file: IO[bytes]) -> None:

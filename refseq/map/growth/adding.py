@@ -188,15 +188,21 @@ def _placed(map_: Map, seen: Sequence[SeenView], rules: GrowthSettings) -> list[
 
 
 def _stretch(map_: Map, drive: Sequence[View], placed: Sequence[_PlacedView]) -> float:
-    """Metres of the drive's odometer for each of the map's, from placed view to placed view along one path."""
+    """Metres of the drive's odometer for each of the map's, from placed view to placed view along one path.
+
+    It is the median over pieces of ``LONG`` metres: one jump of the odometer is no scale.
+    """
     ways = np.cumsum([0.0, *(abs(view.distance) for view in drive[1:])])
     along = [dict(zip(map_.numbered(path).tolist(), path.along.tolist(), strict=True)) for path in map_.paths]
-    ours, theirs = 0.0, 0.0
+    scales, ours, theirs = list[float](), 0.0, 0.0
     for one, other in pairwise(placed):
         on = next((at for at in along if one.place in at and other.place in at), None)
         if on is not None and 0 <= (step := on[other.place] - on[one.place]) <= STEP:
             ours, theirs = ours + step, theirs + float(ways[other.number] - ways[one.number])
-    return theirs / ours if ours >= LONG else np.nan
+            if ours >= LONG:
+                scales.append(theirs / ours)
+                ours, theirs = 0.0, 0.0
+    return float(np.median(scales)) if scales else np.nan
 
 
 @dataclass

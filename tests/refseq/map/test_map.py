@@ -1,6 +1,8 @@
 """Poses of beliefs in the frame of a map."""
 
+import copy
 import math
+import pickle
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 from refseq.dead_reckoning import dead_reckoned
+from refseq.errors import MapError
 from refseq.map.learning import learn
 from refseq.map.map import Map, MapFrame, beside
 from refseq.planar import Pose, motion_between
@@ -72,3 +75,13 @@ def test_a_drive_without_odometry_has_no_poses(views: list[View]) -> None:
     map_ = Map.of(replace(moved.sequence, odometry=dead_reckoned(still)))
     assert map_.frame is MapFrame.NONE
     assert map_.pose(certain(6, 3)) is None
+
+
+def test_a_map_goes_to_another_process_and_is_its_own_copy(views: list[View]) -> None:
+    """As the content of its file: programs that work in several processes hand maps on."""
+    map_ = learnt(views, name="west")
+    again = pickle.loads(pickle.dumps(map_))
+    assert (again.to_bytes(), again.names) == (map_.to_bytes(), ("west",))
+    assert copy.deepcopy(map_) is map_
+    with pytest.raises(MapError, match=r"^9 bytes: is not a \.refseq map, or is damaged"):
+        Map.from_bytes(b"no map at")

@@ -35,7 +35,7 @@ def test_defaults_are_the_thesis_values_where_it_gives_them() -> None:
     assert (profile.walls.points, profile.walls.length) == (6, 2.0)
 
 
-MOTION_PARTS = "valid is a table of drift, interpolated, regularisation, slack, stands_once, tail"
+MOTION_PARTS = "valid is a table of drift, interpolated, odometer_scale, regularisation, slack, stands_once, tail"
 
 
 @pytest.mark.parametrize(
@@ -50,8 +50,8 @@ MOTION_PARTS = "valid is a table of drift, interpolated, regularisation, slack, 
         (
             "motion",
             {"slack": 1, "drift": 1, "tail": 1},
-            "profile.motion.interpolated is missing; valid are drift, interpolated, regularisation, slack, "
-            "stands_once, tail",
+            "profile.motion.interpolated is missing; valid are drift, interpolated, odometer_scale, regularisation, "
+            "slack, stands_once, tail",
         ),
         (
             "motion",

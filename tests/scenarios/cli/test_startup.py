@@ -86,3 +86,13 @@ main()
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full, which is as full as a disk can be")
+@pytest.mark.parametrize("line", ["--version", "world list", "log info drive.mcap --json"])
+def test_output_that_nobody_can_take_is_one_line(folder: Path, line: str) -> None:
+    """As where a program's --json goes to a disk that is full."""
+    command = [sys.executable, "-c", "from refseq_bench.scenarios.cli.start import main; main()", *line.split()]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(command, cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (2, "error: the output cannot be written: No space left on device\n")
