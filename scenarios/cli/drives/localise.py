@@ -156,7 +156,11 @@ def conclude(
             if errors := pose_errors(comparison, method):
                 say(out, f"{method}: {errors}")
             if (scale := told_scale(comparison, method)) != 1:
-                say(out, f"{method}: one metre of the drive's odometer is taken for {scale:.2f} m of the map")
+                say(
+                    out,
+                    f"{method}: one metre of the drive's odometer is taken for {scale:.2f} m of the map: "
+                    "one of the two odometers is off, or their units are others",
+                )
         for fault in faults:
             say(out, f"fault: {fault}, at {fault.time:.1f} s")
         if not map_.has_one_path:
@@ -175,16 +179,20 @@ def _summary(
         "views": len(comparison.query_views),
         "unscored": unscored_reason([comparison]) or None,
         "faults": [asdict(fault) for fault in faults],
-        "stages": [
-            _record(one) | {"odometer_scale": told_scale(comparison, one.stage)} | _poses(comparison, one.stage)
-            for one in found
-        ],
+        "stages": [_record(one) | _scale(comparison, one.stage) | _poses(comparison, one.stage) for one in found],
     }
 
 
 def told_scale(comparison: "Comparison", method: str) -> float:
     """Metres of the map that a metre of the odometer was taken for at the end of the drive."""
     return comparison.beliefs[method][-1].odometer_scale
+
+
+def _scale(comparison: "Comparison", method: str) -> dict[str, object]:
+    """The odometer's scale; nothing of a stage that asks for none."""
+    from refseq.belief import Stage
+
+    return {"odometer_scale": round(told_scale(comparison, method), 4)} if method == Stage.CHAIN else {}
 
 
 def _poses(comparison: "Comparison", method: str) -> dict[str, object]:
