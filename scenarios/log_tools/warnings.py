@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from refseq.logs.findings import Findings
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import EMPTY, Role
+from refseq.view import LASER
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
-from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, topic_of
+from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, scans_of, topic_of
 from refseq_bench.scenarios.log_tools.units import unit_doubts
 
 LATE = 0.05
@@ -35,6 +36,7 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, C
         lines += _of_offsets(plan.findings, offsets)
         lines += _of_pairing(found, plan.findings)
         lines += unit_doubts(found, plan)
+        lines += _of_layouts(found, plan.findings)
     return tuple(lines)
 
 
@@ -44,6 +46,15 @@ def _of_empty(found: LogSurvey) -> Iterator[str]:
         if kind.endswith(EMPTY):
             why = "before a key frame" if "Video" in kind else "no number, or a rotation of nothing but zeros"
             yield f"{times(count, 'message')} of {kind}: {why}"
+
+
+def _of_layouts(found: LogSurvey, findings: Findings) -> Iterator[str]:
+    """A warning about a laser whose scans look another way from some time on."""
+    for topic in found.topics:
+        scans = scans_of(topic) if findings.sensors.get(topic.name) == LASER else []
+        layouts = {f"{len(one.ranges)} beams from {math.degrees(one.start):.0f}°": None for one in scans}
+        if len(layouts) > 1:
+            yield f"{topic.name}: its scans have {' and '.join(layouts)}: what one layout does not see is not matched"
 
 
 def _of_clocks(found: LogSurvey) -> Iterator[str]:

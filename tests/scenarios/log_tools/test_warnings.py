@@ -144,3 +144,12 @@ def test_a_laser_that_no_one_has_is_told(farthest: float, count: int) -> None:
     scan = Scan(np.linspace(1, farthest, 181).astype(np.float32), max_range=1e5)
     found = told(scans=topic("/scan", samples=[SimpleNamespace(content=scan)]))
     assert found == ["/scan: half of its ranges are beyond 1500 m: are they in metres?"] * count
+
+
+def test_scans_that_change_their_layout_are_told() -> None:
+    scans = [Scan(np.ones(count, np.float32), start=start) for count, start in ((361, -np.pi / 2), (181, -np.pi / 2))]
+    samples = [SimpleNamespace(content=scan) for scan in scans]
+    assert told(scans=topic("/scan", samples=samples)) == [
+        "/scan: its scans have 361 beams from -90° and 181 beams from -90°: what one layout does not see is not matched"
+    ]
+    assert told(scans=topic("/scan", samples=samples[:1] * 3)) == []
