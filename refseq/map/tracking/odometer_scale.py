@@ -5,8 +5,9 @@ much pushes the belief on by a tenth of every step; views pull it back, and so i
 moves from view to view is right all the same. So where views tell the place, its way along the path is laid over the
 odometer's by a straight line, whose slope is the scale.
 
-Views that follow each other err alike, the more the longer: the line is drawn anew for every ``PIECE`` of way, and
-all pieces have one slope. A scale that is off by little is left as it is, since the motion's window holds it.
+Views that follow each other err alike, the more the longer: views of less than ``APART`` of way are one, the line is
+drawn anew for every ``PIECE`` of it, and all pieces have one slope. A scale that is off by little is left as it is,
+since the motion's window holds it.
 """
 
 import math
@@ -20,8 +21,8 @@ from refseq.belief import LOST_ABOVE, Belief
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 
-PIECE = 15.0
-"""Way over which a line is drawn [m]."""
+APART, PIECE = 0.6, 15.0
+"""Way from one point of a line to the next at least, and over which it is drawn [m], however the robot turns on it."""
 RESIDUAL = 0.4
 """Standard deviation of the belief's mean from the line [m]: half a gap between places."""
 SURE_LOST, NEAR, SURE_NEAR = 0.1, 1.0, 0.6
@@ -29,22 +30,31 @@ SURE_LOST, NEAR, SURE_NEAR = 0.1, 1.0, 0.6
 PLAY, SURE = 0.05, 3.0
 """A scale is corrected that is off by more than this, and by more than so many of its standard deviations."""
 LEAST, MOST = 0.5, 2.0
-"""Scales beyond these are no scales: sensors' faults tell of an odometer that is off by more."""
+"""Slopes beyond these are no scales, and the odometer is believed."""
+SURELY = 0.001
+"""The least standard deviation of a scale before the drive that is reckoned with."""
 JUMP, SHARE = 0.75, 0.5
 """A belief that moves so much more or less than the odometer [m], and by this share of its way, has jumped."""
 
 
 class _At(NamedTuple):
-    """One point of a line: the way by the odometer so far, and how far along sequence ``number`` the belief is [m]."""
+    """One point of a line: how far along sequence ``number`` the belief is, and the way by the odometer so far [m].
+
+    ``driven`` is that way with all backing counted as way.
+    """
 
     number: int
-    way: float
     along: float
+    way: float
+    driven: float
 
 
 @dataclass(frozen=True, slots=True)
 class _Sums:
-    """What points tell of a slope: Σ w² and Σ w s, of ways w and places s around their means [m²]."""
+    """What points tell of a slope: Σ w² and Σ w s, of ways w and places s around their means [m²].
+
+    A belief that goes against the way, as of a robot that drives a path backwards, tells none.
+    """
 
     squares: float = 0.0
     products: float = 0.0
@@ -53,7 +63,8 @@ class _Sums:
     def of(cls, points: Sequence[_At]) -> "_Sums":
         way, along = (np.array([getattr(point, name) for point in points]) for name in ("way", "along"))
         way -= way.mean()
-        return cls(float(way @ way), float(way @ along))
+        squares, products = float(way @ way), float(way @ along)
+        return cls(squares, products) if products > 0 else cls()
 
     def __add__(self, other: "_Sums") -> "_Sums":
         return _Sums(self.squares + other.squares, self.products + other.products)
@@ -72,7 +83,7 @@ class OdometerScale:
 
     def reset(self) -> None:
         """Forget all views seen."""
-        self._way = 0.0
+        self._way = self._driven = 0.0
         self._behind = _Sums()
         self._points: list[_At] = []
         self.scale = 1.0
@@ -83,17 +94,22 @@ class OdometerScale:
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Take what was believed of a view, ``measured`` before it was corrected."""
-        if measured[0].again:  # views of a robot that stands are one
+        distance = measured[0].distance
+        if math.isnan(distance):  # nobody measured it
+            self._end()
             return
-        self._way += measured[0].distance
-        if math.isnan(self._way):  # nobody measured it
-            self._way = 0.0
+        if not measured[0].again:  # else its way is that of the view before
+            self._way, self._driven = self._way + distance, self._driven + abs(distance)
+        if belief.lost > LOST_ABOVE:
             self._end()
-        elif belief.lost > LOST_ABOVE:
-            self._end()
-        elif (at := self._at(belief)) is not None:
+        elif self._moved and (at := self._at(belief)) is not None:
             self._take(at)
         self.scale = self._estimated()
+
+    @property
+    def _moved(self) -> bool:
+        """True where the robot is far enough from the last point for another one."""
+        return not self._points or self._driven - self._points[-1].driven >= APART
 
     def _at(self, belief: Belief) -> _At | None:
         """Where the belief is; None where it tells no place, or an end of a path, past which the robot may be."""
@@ -104,7 +120,9 @@ class OdometerScale:
         along, places = self._along[low:high], belief.places[low:high]
         near = np.abs(along - self._along[belief.best]) <= NEAR
         share = places[near].sum()
-        return _At(number, self._way, float(places[near] @ along[near] / share)) if share >= SURE_NEAR else None
+        if share < SURE_NEAR:
+            return None
+        return _At(number, float(places[near] @ along[near] / share), self._way, self._driven)
 
     def _take(self, at: _At) -> None:
         if self._points:
@@ -113,7 +131,7 @@ class OdometerScale:
             if at.number != last.number or abs(at.along - last.along - way) > JUMP + SHARE * abs(way):
                 self._end()
         self._points.append(at)
-        if abs(at.way - self._points[0].way) > PIECE:
+        if at.driven - self._points[0].driven > PIECE:
             self._end()
             self._points.append(at)  # the next line begins where this one ends
 
@@ -126,9 +144,8 @@ class OdometerScale:
     def _estimated(self) -> float:
         """The slope of all lines under its normal prior, where it is clear that it is not 1."""
         sums = self._behind + _Sums.of(self._points) if self._points else self._behind
-        known, told = self._spread**-2, RESIDUAL**-2
+        known, told = max(self._spread, SURELY) ** -2, RESIDUAL**-2
         information = known + told * sums.squares
         slope = (known + told * sums.products) / information
-        if abs(slope - 1) <= max(PLAY, SURE / math.sqrt(information)):
-            return 1.0
-        return min(max(slope, LEAST), MOST)
+        clear = abs(slope - 1) > max(PLAY, SURE / math.sqrt(information))
+        return slope if clear and LEAST <= slope <= MOST else 1.0

@@ -14,7 +14,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
-from refseq.map.tracking.odometer_scale import LEAST, MOST, PLAY, RESIDUAL, SURE, OdometerScale
+from refseq.map.tracking.odometer_scale import PLAY, RESIDUAL, SURE, OdometerScale
 from refseq.view import View
 from tests.support import corridor_drive
 
@@ -174,13 +174,45 @@ def test_ways_are_along_the_sequence_that_the_robot_is_on(map_: Map) -> None:
     assert estimator.scale == 1.0
 
 
-@pytest.mark.parametrize(("slope", "bound"), [(0.2, LEAST), (4.0, MOST)])
-def test_what_is_no_scale_any_more_is_not_taken_for_one(map_: Map, slope: float, bound: float) -> None:
-    """Steps so short that none of them is a jump."""
+@pytest.mark.parametrize("slope", [0.2, 4.0, -1.0])
+def test_what_is_no_scale_any_more_is_not_taken_for_one(map_: Map, slope: float) -> None:
+    """Steps so short that none of them is a jump; a path that is driven backwards among them."""
     estimator = OdometerScale(map_)
     ways = np.arange(0.0, 30.0 / max(1.0, slope), 0.2)
-    told(estimator, ways.tolist(), (2.0 + slope * ways).tolist())
-    assert estimator.scale == bound
+    told(estimator, ways.tolist(), (2.0 + slope * ways if slope > 0 else 32.0 - ways).tolist())
+    assert estimator.scale == 1.0
+
+
+@pytest.mark.parametrize("step", [0.05, 0.2, 0.5])
+def test_views_close_to_each_other_are_no_more_sure_together(map_: Map, step: float) -> None:
+    """Beliefs of a right odometer that err alike over metres: of twenty drives hardly one tells another scale."""
+    wrong = 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        ways = np.arange(0.0, 28.0, step)
+        errors = np.interp(ways, np.arange(0.0, 31.0, 3.0), rng.normal(0, 0.3, 11))
+        estimator = OdometerScale(map_)
+        told(estimator, ways.tolist(), (2.0 + ways + errors).tolist())
+        wrong += estimator.scale != 1.0
+    assert wrong <= 2
+
+
+def test_a_robot_that_stops_on_its_way_believes_a_right_odometer(map_: Map) -> None:
+    """Forty views at each of three places: they are no points of a line."""
+    views = drive(7)
+    for at_view in (25, 16, 8):
+        views[at_view:at_view] = [replace(views[at_view - 1], distance=0.0, turn=0.0)] * 40
+    assert {belief.odometer_scale for belief in chain(map_, views)} == {1.0}
+
+
+def test_a_robot_that_goes_to_and_fro_for_hours_keeps_few_points(map_: Map) -> None:
+    estimator = OdometerScale(map_)
+    for number in range(4000):
+        back = number // 10 % 2
+        along = 5.0 + (number % 10 if not back else 10 - number % 10)
+        estimator.told(measured(-1.0 if back else 1.0), at(along))
+    assert len(estimator._points) < 30
+    assert estimator.scale == 1.0
 
 
 def test_after_a_reset_the_odometer_is_believed_again(map_: Map) -> None:
