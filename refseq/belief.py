@@ -43,7 +43,12 @@ class BeliefMode(NamedTuple):
 def _same_values(one: "Belief | PoseBeside", other: "Belief | PoseBeside") -> bool:
     """Two answers field by field, of those that are compared; arrays number by number."""
     pairs = ((getattr(one, at.name), getattr(other, at.name)) for at in fields(one) if at.compare)
-    return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else type(a) is type(b) and a == b for a, b in pairs)
+    return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else _equal(a, b) for a, b in pairs)
+
+
+def _equal(one: object, other: object) -> bool:
+    """Equality of what is no array with what may be one."""
+    return not isinstance(other, np.ndarray) and one == other
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,7 +155,8 @@ class Belief:
     ``pose`` is where beside the place ``best`` the robot is, by the scan laid on the place's. None where nothing tells:
     without laser in view, map or sensors, where its walls are others than the place's, and where it says lost.
 
-    ``odometer_scale`` is how many metres of the map a metre of the odometer was taken for; 1: it is believed.
+    ``odometer_scale`` is how many metres of the map a metre of the odometer was taken for; 1: it was believed, or
+    nobody tells, as in hindsight.
     """
 
     places: NDArray[np.float64]
@@ -165,7 +171,7 @@ class Belief:
     odometer_scale: float = 1.0
 
     def __eq__(self, other: object) -> bool:
-        """The same answer to the last bit, whatever time it took."""
+        """The same answer in all its numbers, whatever time it took."""
         return _same_values(self, other) if isinstance(other, Belief) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]

@@ -38,11 +38,10 @@ def each_view(views: Iterable[View]) -> Iterator[View]:
 def sound(view: View) -> View:
     """The view after a look at all but its pictures, which may not be decoded yet.
 
-    Ranges become a row of floats, counter-clockwise, ``inf`` where nothing came back, and a motion that is None, not
-    measured, becomes NaN. Raises ``ViewError`` for what is no view, for a time or motion that is no number, for names
-    of cameras that none can have, for a behaviour that is no text, and for a scan whose ranges are no row of numbers or
-    whose angles or range no scanner has.
-    A scan without beams is none.
+    Ranges become a row of floats, counter-clockwise, ``inf`` where nothing came back; a scan without beams is left out,
+    and a motion that is None, not measured, becomes NaN. Raises ``ViewError`` for what is no view, for a time or motion
+    that is no number, for names of cameras that none can have, for a behaviour that is no text, and for a scan whose
+    ranges are no row of numbers or whose angles or range no scanner has.
     """
     if not isinstance(view, View):
         raise ViewError(f"a view is a {type(view).__name__}; valid is refseq.View")

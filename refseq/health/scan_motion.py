@@ -39,8 +39,8 @@ FINE = math.radians(0.5)
 """Step of the beams for which ``NEAR`` is meant [rad]."""
 
 JOINED, FAILED = 0.8, 4
-"""Neighbouring points nearer to each other than this are one wall [m], so many times farther where beams between them
-did not come back."""
+"""Neighbouring points nearer to each other than this are one wall [m]; where beams between them did not come back, as
+many times farther, at most so many. A beam that came back from behind looked through an opening."""
 
 SPARSE = 0.9
 """A scan shows walls no better than a laser whose beams are as far apart as this share of those that came back is, at
@@ -193,7 +193,10 @@ class _Walls:
         side = int(2 * REACH / CELL)
         grid = np.full((side, side), 255, np.uint8)
         cells = _cells(points)[:, ::-1].astype(np.int32)  # OpenCV has the column first
-        joined = JOINED * np.minimum(np.diff(beams), FAILED)
+        behind = (
+            np.diff(np.cumsum(scan.returned)[beams]) - 1
+        )  # beams between two points that came back from farther off
+        joined = JOINED * np.where(behind, 1, np.minimum(np.diff(beams), FAILED))
         breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > joined) + 1
         cv2.polylines(grid, [one.reshape(-1, 1, 2) for one in np.split(cells, breaks)], False, 0)
         self._away = cv2.distanceTransform(grid, cv2.DIST_L2, 3)  # in cells, float32

@@ -13,21 +13,21 @@ from refseq.logs.rig import SensorRig
 from refseq.planar import Pose
 from refseq.view import View
 
-LATEST = float(2**32)
-"""Messages have their seconds in 32 bits."""
+LATEST = 2**31
+"""Messages have their seconds in 32 bits, those of ROS 2 with a sign."""
 
 
 def writable(view: View, odometry: Pose) -> View:
     """The view as a file can hold it, with grey pictures.
 
     Raises ``ViewError`` for one that is not ``usable``, and ``LogError`` for one without a finite pose of the odometer,
-    from before the year 1970, when all clocks of logs begin, or from after 2106, when those of messages end.
+    from before the year 1970, when all clocks of logs begin, or from after 2038, when those of messages end.
     """
     if not isinstance(odometry, Pose):
         raise LogError(f"the odometer's pose is a {type(odometry).__name__}; valid is refseq.Pose")
     view = usable(view)
     if not 0 <= view.time < LATEST:
-        raise LogError(f"a view is at {view.time:g} s; valid are seconds from 0 to {LATEST:g}")
+        raise LogError(f"a view is at {view.time:g} s; valid are seconds from 0 to {LATEST}")
     numbers = (odometry.x, odometry.y, odometry.heading)
     if not all(math.isfinite(number) and abs(number) <= METRES for number in numbers):
         where = f"view at {view.time:g} s: the odometer's pose"
@@ -39,7 +39,7 @@ def words_of(metadata: Mapping[str, str]) -> dict[str, str]:
     """What is told of a drive, as a file can hold it. Raises ``LogError`` for what is no text."""
     for key, value in metadata.items():
         if not (isinstance(key, str) and isinstance(value, str)):
-            raise LogError(f"metadata {key!r:.60} is {value!r:.60}; valid are texts by texts")
+            raise LogError(f"metadata {key!r:.60} is {value!r:.60}; valid are texts, by names that are texts")
     return dict(metadata)
 
 

@@ -51,7 +51,7 @@ def learn(
     """
     if most_informative is not None and not (isinstance(most_informative, Integral) and most_informative >= 1):
         raise MapError(f"{most_informative} words are to be kept; valid is a whole number of at least 1")
-    if not isinstance(name, str) or not name.isprintable():
+    if not isinstance(name, str) or name.splitlines() not in ([], [name]):
         raise MapError(f"the path's name is {name!r:.60}; valid is a text of one line")
     drive = list(each_view(views))
     chosen = profile_of(profile)

@@ -105,9 +105,13 @@ class Map:
         """A map goes to another process as the content of its file."""
         return Map.from_bytes, (self.to_bytes(),)
 
-    def __deepcopy__(self, memo: object) -> Self:
+    def __copy__(self) -> Self:
         """Nothing in a map ever changes, so that it is its own copy."""
         return self
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """Nothing in a map ever changes, so that it is its own copy."""
+        return self.__copy__()
 
     def to_bytes(self) -> bytes:
         """The content of the map's file: the same map gives the same bytes."""

@@ -18,6 +18,9 @@ from refseq.serve.channels import RobotChannel, robot_channel
 from refseq.serve.protocol import MOST_CHANNELS, ClientChannel, FoxgloveProtocolError
 from refseq.view import View
 
+VAIN = "tells nothing: what should be a pose is no number, or a rotation of nothing but zeros"
+"""What is said of a message that comes to no sample."""
+
 SPACING = 0.85
 """Way from view to view where the map does not tell it [m]: that of the bench's own drives."""
 
@@ -100,10 +103,12 @@ class RobotSession:
         """
         if number not in self._channels:
             return []
-        sample = self._channels[number].read(data, time.time_ns())
-        if sample is None:
-            return []
+        channel = self._channels[number]
+        sample = channel.read(data, time.time_ns())
         stream = self._stream = self._stream or self._opened()
+        if sample is None:
+            self._tell_once([f"topic {channel.topic}: a message {VAIN}"])
+            return []
         try:
             views = stream.take(sample)
         except ClockSetBackError as error:
@@ -119,6 +124,9 @@ class RobotSession:
         losses = [f"topic {topic}: {reason}; a view is without its picture" for topic, reason in stream.damaged.items()]
         if stream.without_odometry:
             losses.append("views are left out: the odometry does not reach their times")
+        self._tell_once(losses)
+
+    def _tell_once(self, losses: Iterable[str]) -> None:
         new = [loss for loss in losses if loss not in self._losses]
         self._losses.update(new)
         self._notes += new

@@ -146,10 +146,9 @@ def exit_code(words: list[str]) -> int:
         _print_nothing_more()
         return BELOW
     except Exception as error:
-        # A file that cannot be written is named; what has no name is the output.
         if isinstance(error, OSError) and error.errno in FULL and error.filename is None:
             _print_nothing_more()
-            return _told(f"error: the output cannot be written: {error.strerror}", BAD_INPUT)
+            return _told(f"error: the output, or a file, cannot be written: {error.strerror}", BAD_INPUT)
         # Whoever asks the system for a file by such a name is told so, even if only whether it is there.
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             return _told(f"error: {str(error.filename)[:80]!r}…: is too long for a file's name", BAD_INPUT)
@@ -171,7 +170,8 @@ FAILURES = {
 """Errors of what ran, not of what was asked for, by their modules, and what is put before their message."""
 
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Errors of a device that takes no more. Who writes a file names it; the output has no name."""
 
 
 def _print_nothing_more() -> None:

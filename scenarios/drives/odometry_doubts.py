@@ -15,7 +15,10 @@ SAME = 0.01
 JUMP = 3.0
 """A shorter step is no jump [m]."""
 FASTER, USUAL, FEWEST = 5.0, 75, 10
-"""A step has jumped that is so many times faster than this percentile of the drive's, where it has so many steps."""
+"""A step has jumped that is so many times faster than this percentile of those on which the robot moved, where there
+are so many."""
+STANDS, SOBER = 0.05, 2.0
+"""A robot of less speed stands, and any may go as fast as this for once [m/s]."""
 
 
 class OdometryJump(NamedTuple):
@@ -30,8 +33,9 @@ class OdometryJump(NamedTuple):
 def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
     """Steps that are faster than any robot, or far faster than this one goes; none where most of them are."""
     times, ways, lasts, speeds = _steps(views)
-    usual = float(np.percentile(speeds, USUAL)) if len(speeds) >= FEWEST else np.inf
-    jumped = np.flatnonzero((ways > JUMP) & (speeds > min(FASTEST, FASTER * usual)))
+    moving = speeds[speeds > STANDS]
+    usual = float(np.percentile(moving, USUAL)) if len(moving) >= FEWEST else np.inf
+    jumped = np.flatnonzero((ways > JUMP) & (speeds > np.clip(FASTER * usual, SOBER, FASTEST)))
     if 2 * len(jumped) > len(speeds):
         return []
     return [OdometryJump(int(k) + 1, float(ways[k]), float(lasts[k]), float(times[k])) for k in jumped]
@@ -40,9 +44,8 @@ def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
 def odometry_doubts(views: Sequence[View], start: float) -> Iterator[str]:
     """A sentence for poses that are no robot's in metres, or for those that jump; times from ``start`` [s] on."""
     *_, speeds = _steps(views)
-    moving = speeds[speeds > 0]
-    if 2 * (moving > FASTEST).sum() > len(moving):
-        yield f"the robot goes {np.median(moving):.0f} m/s: are its poses in metres?"
+    if 2 * (speeds > FASTEST).sum() > len(speeds):
+        yield f"the robot goes {np.median(speeds):.0f} m/s: are its poses in metres?"
     elif jumps := odometry_jumps(views):
         first = jumps[0]
         more = {1: "", 2: ", and once more"}.get(len(jumps), f", and {len(jumps) - 1} times more")

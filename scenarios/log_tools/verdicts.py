@@ -2,14 +2,17 @@
 
 import math
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import pairwise
 from pathlib import Path
+
+import numpy as np
 
 from refseq.logs.pairing.plan import ViewPlan
 from refseq_bench.scenarios.drives.inputs import DriveSelection
-from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps
+from refseq_bench.scenarios.drives.odometry_doubts import OdometryJump, odometry_jumps
 from refseq_bench.scenarios.log_tools.survey import motion_origin
 from refseq_bench.scenarios.log_tools.travel import Travel
 
@@ -97,9 +100,8 @@ def _learn(of: Prospect) -> LogVerdict:
     if of.troubles and not of.well:
         return LogVerdict("learn", Usability.FAILS, of.trouble)
     if jumps := odometry_jumps(of.plan.views):
-        reason = "the odometry jumps: learn what lies before that, or behind"
-        split = jumps[0].view if of.selection.views is None else None
-        return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "learn", split))
+        reason = "the odometry jumps: learn a stretch between jumps"
+        return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "stretch", more=_longest(of.plan, jumps)))
     if of.troubles:
         return LogVerdict("learn", Usability.LIMITED, of.trouble, _commands(of, "learn"))
     if of.views < FEW_VIEWS:
@@ -125,6 +127,14 @@ def _localise(of: Prospect) -> LogVerdict:
         return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split))
     reason = "in a map of another drive along the same path"
     return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+
+
+def _longest(plan: ViewPlan, jumps: Sequence[OdometryJump]) -> str:
+    """The longest stretch between jumps, as an option."""
+    ends = [0, *(jump.view for jump in jumps), len(plan)]
+    ways = [sum(abs(view.distance) for view in plan.views[low + 1 : high]) for low, high in pairwise(ends)]
+    longest = int(np.argmax(ways))
+    return f"--views {ends[longest]}:{ends[longest + 1]}"
 
 
 def _hardly_moves(of: Prospect, plan: ViewPlan) -> str:
@@ -164,7 +174,7 @@ def split_at(plan: ViewPlan, travel: Travel) -> int | None:
 
 
 def _commands(of: Prospect, task: str, split: int | None = None, more: str = "") -> tuple[str, ...]:
-    """The words to type; a drive that comes back, or jumps, is cut in two at ``split``, and its first part learnt."""
+    """The words to type; at ``split`` a drive that comes back is cut in two, of which the first is learnt."""
     log, options = shlex.quote(str(of.path)), selection_words(of.selection)
     if of.troubles and task != "check":
         options += [f"--sensors {shlex.quote(','.join(of.well))}"]
@@ -175,9 +185,12 @@ def _commands(of: Prospect, task: str, split: int | None = None, more: str = "")
     if task in ("alone", "in a map"):
         stage = ["--stage uniform"] if task == "alone" else []
         return (" ".join(["refseq localise MAP", log, *options, *stage, "-o", beliefs]),)
-    if task == "learn":
-        before = [f"--views 0:{split}"] if split else []
-        return (" ".join(["refseq learn", log, *before, *options, f"--profile {PROFILE} -o", learnt]),)
+    if task == "stretch":
+        if of.selection.views:
+            return ()  # nobody counts views within views
+        options = [more, *options]
+    if task in ("learn", "stretch"):
+        return (" ".join(["refseq learn", log, *options, f"--profile {PROFILE} -o", learnt]),)
     if split is None or of.plan is None:
         return (" ".join(["refseq localise", learnt, "SECOND", *options, "-o", beliefs]),)
     part = shlex.quote(f"{stem}-first.refseq")

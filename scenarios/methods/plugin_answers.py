@@ -12,6 +12,10 @@ SLACK = 1e-5
 """Deviation from 1 that a sum of probabilities may have: those that were summed in single precision are no mistake."""
 
 
+SCALES = (1e-6, 1e6)
+"""Metres of a map that a metre of an odometer can be taken for."""
+
+
 class NoAnswerError(Exception):
     """An answer is no belief; the message says why."""
 
@@ -34,6 +38,7 @@ def checked(belief: object, places: int, seconds: float) -> Belief:
         timings=_timings(belief.timings, seconds),
         lost_after=None if belief.lost_after is None else _lost_after(belief.lost_after, places, lost),
         pose=None if belief.pose is None else _pose(belief.pose),
+        odometer_scale=_number("odometer_scale", belief.odometer_scale, *SCALES),
     )
 
 

@@ -190,7 +190,7 @@ def _placed(map_: Map, seen: Sequence[SeenView], rules: GrowthSettings) -> list[
 def _stretch(map_: Map, drive: Sequence[View], placed: Sequence[_PlacedView]) -> float:
     """Metres of the drive's odometer for each of the map's, from placed view to placed view along one path.
 
-    It is the median over pieces of ``LONG`` metres: one jump of the odometer is no scale.
+    It is the median over pieces of ``LONG`` metres without steps on which the odometer jumps: that is no scale.
     """
     ways = np.cumsum([0.0, *(abs(view.distance) for view in drive[1:])])
     along = [dict(zip(map_.numbered(path).tolist(), path.along.tolist(), strict=True)) for path in map_.paths]
@@ -198,7 +198,10 @@ def _stretch(map_: Map, drive: Sequence[View], placed: Sequence[_PlacedView]) ->
     for one, other in pairwise(placed):
         on = next((at for at in along if one.place in at and other.place in at), None)
         if on is not None and 0 <= (step := on[other.place] - on[one.place]) <= STEP:
-            ours, theirs = ours + step, theirs + float(ways[other.number] - ways[one.number])
+            way = float(ways[other.number] - ways[one.number])
+            if way > 2 * STEP:
+                continue
+            ours, theirs = ours + step, theirs + way
             if ours >= LONG:
                 scales.append(theirs / ours)
                 ours, theirs = 0.0, 0.0

@@ -177,6 +177,7 @@ def belief_message(belief: Belief) -> list[memoryview]:
         "best": belief.best,
         "path": list(belief.path),
         "entropy": belief.entropy,
+        "odometer_scale": belief.odometer_scale,
         "timings": [timings.features, timings.matching, timings.mixture, timings.chain],
     }
     if (pose := belief.pose) is not None:
@@ -209,7 +210,10 @@ def belief_of(message: GuestMessage, places: int) -> Belief:
     told = Timings(*timings) if isinstance(timings, list) and len(timings) == 4 else Timings()
     lost_after = more[0] if more else None
     lost, path = header.get("lost", 0.0), header.get("path", (best,))
-    return Belief(found, lost, best, path, spread, told, lost_after=lost_after, pose=_pose_of(header))
+    scale = header.get("odometer_scale", 1.0)
+    return Belief(
+        found, lost, best, path, spread, told, lost_after=lost_after, pose=_pose_of(header), odometer_scale=scale
+    )
 
 
 def _pose_of(header: Mapping[str, Any]) -> PoseBeside | None:

@@ -6,6 +6,7 @@ import pytest
 
 from refseq.fault import CLOCK, ODOMETRY, FaultKind
 from refseq.health.monitor import HealthMonitor
+from refseq.health.scan_motion import REACH, _hits, _Walls
 from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 from tests.refseq.health.drives import STEP, WALLS, drive, from_view, picture, with_image
@@ -232,3 +233,17 @@ def test_a_first_view_from_before_the_odometer_s_first_pose_is_no_fault():
 def test_a_view_without_a_sensor_says_nothing_of_it():
     bare = [replace(view, images={}, scan=None) if k % 3 == 1 else view for k, view in enumerate(VIEWS)]
     assert not any(declared(bare))
+
+
+@pytest.mark.parametrize("failed", [False, True])
+def test_an_opening_that_beams_look_through_is_no_wall_and_beams_that_fail_are_none(failed: bool) -> None:
+    """A wall 3 m ahead with an opening of 2 m, seen through to 21 m, or made of glass that sends nothing back."""
+    bearings = np.linspace(-np.pi / 2, np.pi / 2, 361)
+    with np.errstate(divide="ignore"):
+        wall = np.where(np.cos(bearings) > 0.1, 3.0 / np.cos(bearings), np.inf)
+    opening = np.abs(3.0 * np.tan(bearings)) < 1.0
+    ranges = np.where(opening, np.inf if failed else 21.0, wall).astype(np.float32)
+    scan = Scan(ranges)
+    walls = _Walls(scan, _hits(scan, REACH))
+    inside = np.stack([np.full(40, 3.0), np.linspace(-0.3, 0.3, 40)], axis=1)
+    assert (walls.unexplained(inside, [(0.0, 0.0)]) > 0.2) is not failed

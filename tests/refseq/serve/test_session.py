@@ -75,6 +75,17 @@ def test_beliefs_are_those_on_the_log_s_views(map_: Map, log: Path, true: list[B
     assert session.told() == []
 
 
+def test_odometry_whose_rotation_is_nothing_but_zeros_is_told_once(map_: Map, log: Path) -> None:
+    session = RobotSession(map_, EACH)
+    channels = (("/odom", "json", "foxglove.Odometry"), ("/laser", "json", "foxglove.LaserScan"))
+    session.advertise(ClientChannel(number, *channel) for number, channel in enumerate(channels))
+    for _ in range(3):
+        assert session.take(0, b'{"pose": {"position": {"x": 1.0}, "orientation": {"w": 0.0}}}') == []
+    begun, told = session.told()
+    assert begun.startswith("a drive begins: ")
+    assert told.startswith("topic /odom: a message tells nothing")
+
+
 @pytest.mark.parametrize("hurt", [2, COUNT - 1])
 def test_a_view_is_without_a_picture_that_is_damaged_and_it_is_told_once(map_: Map, log: Path, hurt: int) -> None:
     """Also of the last view, which no other follows."""

@@ -95,4 +95,5 @@ def test_output_that_nobody_can_take_is_one_line(folder: Path, line: str) -> Non
     command = [sys.executable, "-c", "from refseq_bench.scenarios.cli.start import main; main()", *line.split()]
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(command, cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-    assert (done.returncode, done.stderr) == (2, "error: the output cannot be written: No space left on device\n")
+    told = "error: the output, or a file, cannot be written: No space left on device\n"
+    assert (done.returncode, done.stderr) == (2, told)

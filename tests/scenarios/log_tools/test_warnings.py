@@ -134,6 +134,15 @@ def test_a_robot_that_no_one_has_is_told(views: list[View], line: str) -> None:
     assert told(views=views) == [line]
 
 
+def test_a_jump_of_a_robot_that_mostly_stands_is_one_and_a_pause_of_the_log_is_none() -> None:
+    assert told(views=driven(*[0.0] * 100, 40.0, *[0.0] * 5)) == [
+        "/odom: poses jump by 40.0 m within 0.50 s at 49.5 s: read what lies before or behind (--views)"
+    ]
+    walking = [*driven(*[0.0] * 100, *[0.2] * 12), View(76.0, distance=4.0)]  # 4 m in 20 s
+    assert told(views=walking) == []
+    assert told(views=driven(*[0.3] * 30, *[3.2] * 6, step=2.0)) == [], "a robot that begins to hurry"
+
+
 def test_stamps_that_stand_still_tell_no_speed() -> None:
     assert told(views=driven(0.0, 0.4, 0.4, 0.4, step=0.0)) == []
     assert told(views=driven(0.0, 0.4, 0.4, 0.4)) == []

@@ -247,7 +247,7 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
 def test_views_that_a_bag_cannot_hold(tmp_path: Path) -> None:
     image = np.zeros((4, 4), np.uint8)
     writer = BagWriter(tmp_path / "bag", {})
-    with pytest.raises(LogError, match=r"a view is at -1 s; valid are seconds from 0 to 4.29497e\+09"):
+    with pytest.raises(LogError, match=r"a view is at -1 s; valid are seconds from 0 to 2147483648"):
         writer.write(View(-1.0), Pose(0, 0, 0))
     with pytest.raises(LogError, match="cameras 'a-b' and 'a_b' would share topic /a_b/image/compressed"):
         writer.write(View(0.0, {"a-b": image, "a_b": image}), Pose(0, 0, 0))

@@ -104,6 +104,7 @@ BAD_ANSWERS = [
     ("belief_from(np.ones(5), 0.5, lost_after=np.ones(4) / 9)", "lost_after has shape (4,); valid is (5,), one a "),
     ("belief_from(np.ones(5), 0.5, lost_after=np.eye(5)[0] * np.nan)", "lost_after holds what is no probability"),
     ("belief_from(np.ones(5), 0.5, lost_after=np.ones(5) / 5)", "lost_after sums to 1; valid is at most lost, 0.5"),
+    ("Belief(np.ones(5) / 5, 0, 0, (0,), 0, odometer_scale=-1.0)", "odometer_scale is -1.0; valid is 1e-06 or more"),
     ("belief_from(np.ones(5), 0.5, lost_after='hall')", "lost_after is str; valid is an array (5,) of numbers"),
     ("Belief(np.ones(5) / 5, np.nan, 0, (0,), 0)", "lost is nan; valid is 0 to 1"),
     ("Belief(np.ones(5) / 5, 1.5, 0, (0,), 0)", "lost is 1.5; valid is 0 to 1"),

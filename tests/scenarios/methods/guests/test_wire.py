@@ -20,6 +20,7 @@ from refseq_bench.scenarios.methods.guests.wire import (
     view_message,
     view_of,
 )
+from refseq_bench.scenarios.methods.plugin_answers import checked
 
 STDOUT = " (words on standard output are taken for a message: they belong to standard error)"
 
@@ -84,11 +85,13 @@ def test_a_header_is_one_that_can_be_read_by_hand() -> None:
 
 @given(arrays(np.float64, 5, elements=st.floats(1e-9, 1e9)), st.floats(0, 1), st.lists(st.integers(-1, 4), max_size=9))
 def test_a_belief_arrives_bit_for_bit(weights: np.ndarray, lost: float, path: list[int]) -> None:
-    true = belief_from(weights, lost, path=tuple(path), timings=Timings(1.5, 0.1, 1 / 3, 2e-9))
+    told = belief_from(weights, lost, path=tuple(path), timings=Timings(1.5, 0.1, 1 / 3, 2e-9))
+    true = replace(told, odometer_scale=1 / 1.3)
     found = belief_of(received(belief_message(true)), 5)
     assert found.places.tobytes() == true.places.tobytes()
     assert (found.lost, found.best, tuple(found.path)) == (true.lost, true.best, true.path)
     assert (found.entropy, found.timings, found.lost_after) == (true.entropy, true.timings, None)
+    assert found.odometer_scale == checked(found, 5, 0.0).odometer_scale == 1 / 1.3
 
 
 def test_where_it_got_lost_arrives_bit_for_bit() -> None:
