@@ -20,6 +20,7 @@ OTHERS: dict[str, Any] = {
     "faults": (DeclaredFault(LASER, FaultKind.BLIND, 3, 1.5, 9.5),),
     "lost_after": np.array([0.5, 0.0]),
     "pose": pose_beside((0.1, 0.0, 0.0), np.eye(3)),
+    "odometer_scale": math.nextafter(1.0, 0.0),
 }
 
 
