@@ -193,9 +193,8 @@ class _Walls:
         side = int(2 * REACH / CELL)
         grid = np.full((side, side), 255, np.uint8)
         cells = _cells(points)[:, ::-1].astype(np.int32)  # OpenCV has the column first
-        behind = (
-            np.diff(np.cumsum(scan.returned)[beams]) - 1
-        )  # beams between two points that came back from farther off
+        # Beams between two points that came back from farther off.
+        behind = np.diff(np.cumsum(scan.returned)[beams]) - 1
         joined = JOINED * np.where(behind, 1, np.minimum(np.diff(beams), FAILED))
         breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > joined) + 1
         cv2.polylines(grid, [one.reshape(-1, 1, 2) for one in np.split(cells, breaks)], False, 0)

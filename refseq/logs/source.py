@@ -92,6 +92,8 @@ def seconds_of(stamp: int) -> float:
 
 EMPTY = " without a value"
 """Ending of a kind of messages of which some told nothing, in ``LogSource.skipped``."""
+NO_VALUE = "no number, or a rotation of nothing but zeros"
+"""Said of what tells no pose: programs send it while they do not know."""
 
 NANOSECONDS = 1_000_000_000
 

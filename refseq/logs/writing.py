@@ -36,7 +36,7 @@ def writable(view: View, odometry: Pose) -> View:
 
 
 def words_of(metadata: Mapping[str, str]) -> dict[str, str]:
-    """What is told of a drive, as a file can hold it. Raises ``LogError`` for what is no text."""
+    """Metadata of a drive, as a file can hold them. Raises ``LogError`` for what is no text."""
     for key, value in metadata.items():
         if not (isinstance(key, str) and isinstance(value, str)):
             raise LogError(f"metadata {key!r:.60} is {value!r:.60}; valid are texts, by names that are texts")

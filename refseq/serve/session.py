@@ -11,6 +11,7 @@ import numpy as np
 from refseq.belief import Stage
 from refseq.errors import RefseqError
 from refseq.logs.pairing.stream import ClockSetBackError, ViewStream, topics_for
+from refseq.logs.source import NO_VALUE
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.serve.answers import BeliefAnswer, answer_to
@@ -18,8 +19,8 @@ from refseq.serve.channels import RobotChannel, robot_channel
 from refseq.serve.protocol import MOST_CHANNELS, ClientChannel, FoxgloveProtocolError
 from refseq.view import View
 
-VAIN = "tells nothing: what should be a pose is no number, or a rotation of nothing but zeros"
-"""What is said of a message that comes to no sample."""
+VAIN = f"tells nothing: what should be a pose is {NO_VALUE}"
+"""Said of a message that comes to no sample."""
 
 SPACING = 0.85
 """Way from view to view where the map does not tell it [m]: that of the bench's own drives."""

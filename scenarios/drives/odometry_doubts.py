@@ -13,7 +13,7 @@ FASTEST = 30.0
 SAME = 0.01
 """Views so near to each other in time tell no speed [s]."""
 JUMP = 3.0
-"""A shorter step is no jump [m]."""
+"""A shorter step is a jump only where no robot is so fast [m]."""
 FASTER, USUAL, FEWEST = 5.0, 75, 10
 """A step has jumped that is so many times faster than this percentile of those on which the robot moved, where there
 are so many."""
@@ -35,7 +35,7 @@ def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
     times, ways, lasts, speeds = _steps(views)
     moving = speeds[speeds > STANDS]
     usual = float(np.percentile(moving, USUAL)) if len(moving) >= FEWEST else np.inf
-    jumped = np.flatnonzero((ways > JUMP) & (speeds > np.clip(FASTER * usual, SOBER, FASTEST)))
+    jumped = np.flatnonzero(speeds > np.where(ways > JUMP, np.clip(FASTER * usual, SOBER, FASTEST), FASTEST))
     if 2 * len(jumped) > len(speeds):
         return []
     return [OdometryJump(int(k) + 1, float(ways[k]), float(lasts[k]), float(times[k])) for k in jumped]

@@ -91,8 +91,9 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     cost = expected_cost([] if plan is None else _sample_views(found, plan, troubles), views, PROFILE)
     same = one_path(way, true)
     places = true if len(true) > MOST * len(way) and not same else way
-    driven = _travelled(way, places, jumps=bool(plan and odometry_jumps(plan.views)))
-    prospect = Prospect(path, selection, plan, refusal, views, driven, same, troubles)
+    jumps = odometry_jumps(plan.views) if plan else []
+    driven = _travelled(way, places, jumps=bool(jumps))
+    prospect = Prospect(path, selection, plan, refusal, views, driven, same, troubles, jumps)
     offsets = sensor_offsets(plan) if plan else {}
     doubts = _doubts(plan, selection)
     return LogCheckup(

@@ -12,7 +12,7 @@ import numpy as np
 
 from refseq.logs.pairing.plan import ViewPlan
 from refseq_bench.scenarios.drives.inputs import DriveSelection
-from refseq_bench.scenarios.drives.odometry_doubts import OdometryJump, odometry_jumps
+from refseq_bench.scenarios.drives.odometry_doubts import OdometryJump
 from refseq_bench.scenarios.log_tools.survey import motion_origin
 from refseq_bench.scenarios.log_tools.travel import Travel
 
@@ -54,7 +54,7 @@ class Prospect:
 
     ``plan`` is None where no view comes of the log, for the reason in ``refusal``; ``views`` counts those that stay
     after thinning by ``selection``. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
-    of sensors that cannot be learnt, by name (``troubles_of``).
+    of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry.
     """
 
     path: Path
@@ -65,6 +65,7 @@ class Prospect:
     travel: Travel
     truth_is_odometry: bool = False
     troubles: Mapping[str, str] = field(default_factory=dict)
+    jumps: Sequence[OdometryJump] = ()
 
     @property
     def well(self) -> tuple[str, ...]:
@@ -99,9 +100,9 @@ def _learn(of: Prospect) -> LogVerdict:
         return LogVerdict("learn", Usability.FAILS, _hardly_moves(of, of.plan))
     if of.troubles and not of.well:
         return LogVerdict("learn", Usability.FAILS, of.trouble)
-    if jumps := odometry_jumps(of.plan.views):
-        reason = "the odometry jumps: learn a stretch between jumps"
-        return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "stretch", more=_longest(of.plan, jumps)))
+    if of.jumps:
+        reason, stretch = "the odometry jumps: learn a stretch between jumps", _longest(of.plan, of.jumps)
+        return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "stretch", more=stretch))
     if of.troubles:
         return LogVerdict("learn", Usability.LIMITED, of.trouble, _commands(of, "learn"))
     if of.views < FEW_VIEWS:

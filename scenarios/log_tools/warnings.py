@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 
 from refseq.logs.findings import Findings
 from refseq.logs.pairing.plan import ViewPlan
-from refseq.logs.source import EMPTY, Role
+from refseq.logs.source import EMPTY, NO_VALUE, Role
 from refseq.view import LASER
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, scans_of, topic_of
@@ -44,7 +44,7 @@ def _of_empty(found: LogSurvey) -> Iterator[str]:
     """Warnings about messages that tell nothing, which ``LogSource.skipped`` counts by kind."""
     for kind, count in found.source.skipped.items():
         if kind.endswith(EMPTY):
-            why = "before a key frame" if "Video" in kind else "no number, or a rotation of nothing but zeros"
+            why = "before a key frame" if "Video" in kind else NO_VALUE
             yield f"{times(count, 'message')} of {kind}: {why}"
 
 

@@ -51,7 +51,7 @@ class _At(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Sums:
-    """What points tell of a slope: Σ w² and Σ w s, of ways w and places s around their means [m²].
+    """Sums over points, from which a slope comes: Σ w² and Σ w s, of ways w and places s around their means [m²].
 
     A belief that goes against the way, as of a robot that drives a path backwards, tells none.
     """

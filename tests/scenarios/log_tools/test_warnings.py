@@ -138,6 +138,9 @@ def test_a_jump_of_a_robot_that_mostly_stands_is_one_and_a_pause_of_the_log_is_n
     assert told(views=driven(*[0.0] * 100, 40.0, *[0.0] * 5)) == [
         "/odom: poses jump by 40.0 m within 0.50 s at 49.5 s: read what lies before or behind (--views)"
     ]
+    assert told(views=driven(*[0.4] * 20, 1.0, *[0.4] * 5, step=0.025)) == [
+        "/odom: poses jump by 1.0 m within 0.02 s at 0.5 s: read what lies before or behind (--views)"
+    ], "faster than any robot, however short"
     walking = [*driven(*[0.0] * 100, *[0.2] * 12), View(76.0, distance=4.0)]  # 4 m in 20 s
     assert told(views=walking) == []
     assert told(views=driven(*[0.3] * 30, *[3.2] * 6, step=2.0)) == [], "a robot that begins to hurry"
