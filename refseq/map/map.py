@@ -10,7 +10,7 @@ from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
 from refseq.planar import Pose, in_world, wrap
 from refseq.view import ASSUMED
+
+Found = TypeVar("Found")
 
 
 class MapFrame(StrEnum):
@@ -258,6 +260,16 @@ class Map:
             return None if belief.lost > lost_above else place
         x, y = in_world((belief.pose.along, belief.pose.aside), place).tolist()
         return Pose(x, y, wrap(place.heading + belief.pose.heading))
+
+    def once(self, found_in: Callable[["Map"], Found]) -> Found:
+        """What a function finds in the map: nothing in it ever changes, so all who localise in it share one answer."""
+        if found_in not in self._answers:
+            self._answers[found_in] = found_in(self)
+        return cast(Found, self._answers[found_in])
+
+    @cached_property
+    def _answers(self) -> dict[Callable[["Map"], object], object]:
+        return {}
 
     def scan(self, place: int) -> NDArray[np.uint16] | None:
         """Ranges seen at a place, (360,) [cm] (``refseq.scan_matching.panorama``); None where none are kept."""

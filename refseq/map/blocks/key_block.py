@@ -5,7 +5,6 @@ match, it is told how many of them fit. That share does not depend on light, whi
 """
 
 from collections.abc import Mapping
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,14 +62,14 @@ class KeyBlock:
 
     def _calibration(self, cameras: frozenset[str]) -> Calibration:
         """Scores of places elsewhere, by the keys of some cameras at the reference's own views."""
-        fits = [together({camera: fit for camera, fit in pair.items() if camera in cameras}) for pair in self._pairs]
+        pairs = self._map.once(keys_elsewhere)
+        fits = [together({camera: fit for camera, fit in pair.items() if camera in cameras}) for pair in pairs]
         return Calibration(np.array([score(fit) for fit in fits if fit.matches >= FEWEST]))
 
-    @cached_property
-    def _pairs(self) -> list[dict[str, KeyFit]]:
-        """Views of the reference laid on places far from them, by camera."""
-        pairs = pairs_elsewhere(self._map, VIEWS, PLACES)
-        return [laid(self._map.keys(place), self._map.keys(view)) for view, place in pairs]
+
+def keys_elsewhere(map_: Map) -> list[dict[str, KeyFit]]:
+    """Views of the reference laid on places far from them, by camera."""
+    return [laid(map_.keys(place), map_.keys(view)) for view, place in pairs_elsewhere(map_, VIEWS, PLACES)]
 
 
 def laid(place: Mapping[str, PictureKeys], view: Mapping[str, PictureKeys]) -> dict[str, KeyFit]:

@@ -1,7 +1,6 @@
 """The scan as evidence: laid on the scans of the few likeliest places (docs/decisions/0033-the-scan-as-a-scan.md)."""
 
 from collections.abc import Collection
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +39,8 @@ class ScanBlock:
 
     def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,)."""
-        told = self._calibration.log_ratios(np.array([self._score(place) for place in places.tolist()]))
+        calibration = self._map.once(scans_elsewhere)
+        told = calibration.log_ratios(np.array([self._score(place) for place in places.tolist()]))
         told -= np.square([self._off(place) / NEAR for place in places.tolist()]) / 2
         told[[self._map.scan(place) is None for place in places.tolist()]] = 0.0  # a drive whose laser was away
         return told
@@ -54,18 +54,18 @@ class ScanBlock:
         fit = self._poses.fit(place)
         return NOTHING if fit is None else fit.score
 
-    @cached_property
-    def _calibration(self) -> Calibration:
-        """Scores of places elsewhere, by the reference's own scans."""
-        scans: dict[int, LaidScan | None] = {}
-        scores = []
-        for view, place in pairs_elsewhere(self._map, VIEWS, PLACES):
-            for one in (view, place):
-                if one not in scans:
-                    kept = self._map.scan(one)
-                    scans[one] = None if kept is None else LaidScan(kept / 100.0)
-            seen, there = scans[view], scans[place]
-            if seen is not None and there is not None:
-                fit = fitted(there, seen)
-                scores.append(NOTHING if fit is None else fit.score)
-        return Calibration(np.array(scores))
+
+def scans_elsewhere(map_: Map) -> Calibration:
+    """What scans score at places that are not theirs, by the reference's own scans."""
+    scans: dict[int, LaidScan | None] = {}
+    scores = []
+    for view, place in pairs_elsewhere(map_, VIEWS, PLACES):
+        for one in (view, place):
+            if one not in scans:
+                kept = map_.scan(one)
+                scans[one] = None if kept is None else LaidScan(kept / 100.0)
+        seen, there = scans[view], scans[place]
+        if seen is not None and there is not None:
+            fit = fitted(there, seen)
+            scores.append(NOTHING if fit is None else fit.score)
+    return Calibration(np.array(scores))

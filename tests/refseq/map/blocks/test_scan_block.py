@@ -7,7 +7,8 @@ import pytest
 
 from refseq.belief import Belief, Stage, belief_from
 from refseq.errors import MapError
-from refseq.map.blocks.few_places import FewPlaces
+from refseq.map.blocks import scan_block
+from refseq.map.blocks.few_places import FewPlaces, pairs_elsewhere
 from refseq.map.blocks.scan_block import ScanBlock
 from refseq.map.growth.adding import add_drive
 from refseq.map.learning import learn
@@ -17,6 +18,7 @@ from refseq.map.matcher import Matcher
 from refseq.map.poses_beside import PosesBeside
 from refseq.map.profile import BEST, Profile
 from refseq.planar import Pose
+from refseq.scan_matching.fit import LaidScan, ScanFit, fitted
 from refseq.view import LASER, View
 from tests.refseq.map.test_poses_beside import LATER, drive
 
@@ -118,6 +120,23 @@ def test_stages_and_localisers_agree(asked: Map, views: list[View]) -> None:
             assert alone.update(view).places.tobytes() == belief.places.tobytes()
         alone.reset()
         assert alone.update(views[0]).places.tobytes() == told[stage][0].places.tobytes()
+
+
+def test_scans_elsewhere_are_laid_once_a_map(views: list[View], monkeypatch: pytest.MonkeyPatch) -> None:
+    laid: list[LaidScan] = []
+
+    def counted(there: LaidScan, seen: LaidScan) -> ScanFit | None:
+        laid.append(seen)
+        return fitted(there, seen)
+
+    monkeypatch.setattr(scan_block, "fitted", counted)
+    map_ = learn(drive(REFERENCE), profile=BEST)
+    first, second = (Localiser(map_).update(views[3]) for _ in range(2))
+    pairs = len(list(pairs_elsewhere(map_, scan_block.VIEWS, scan_block.PLACES)))
+    assert len(laid) == pairs > 0
+    assert first.places.tobytes() == second.places.tobytes()
+    Localiser(replace(map_)).update(views[3])
+    assert len(laid) == 2 * pairs
 
 
 def test_hindsight_asks_scans_as_well(asked: Map, views: list[View]) -> None:
