@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from refseq.belief import Belief
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 from refseq_bench.scenarios.tables import NONE
 
@@ -36,3 +37,13 @@ def distances(found: Sequence[DistanceOrNever]) -> str:
     reached = [distance for distance in found if distance is not None]
     never = len(found) - len(reached)
     return (metres(float(np.median(reached))) if reached else NONE) + (f" ({never} never)" if never else "")
+
+
+def scale_words(beliefs: Sequence[Belief]) -> str:
+    """How many metres of the map a metre of the odometer was taken for in the end; nothing where it was believed."""
+    if not beliefs or beliefs[-1].odometer_scale == 1:
+        return ""
+    return (
+        f"one metre of the drive's odometer is taken for {beliefs[-1].odometer_scale:.2f} m of the map: "
+        "one of the two odometers is off, or their units are others"
+    )

@@ -135,6 +135,7 @@ def conclude(
     from refseq.fault import declared_in
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
+    from refseq_bench.scenarios.report.words import scale_words
     from refseq_bench.scenarios.scoring.pose_error import pose_errors
     from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
 
@@ -152,15 +153,11 @@ def conclude(
         if output is not None:
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
         print_results(comparison.name, found, [comparison])
-        for method in comparison.beliefs:
+        for method, beliefs in comparison.beliefs.items():
             if errors := pose_errors(comparison, method):
                 say(out, f"{method}: {errors}")
-            if (scale := told_scale(comparison, method)) != 1:
-                say(
-                    out,
-                    f"{method}: one metre of the drive's odometer is taken for {scale:.2f} m of the map: "
-                    "one of the two odometers is off, or their units are others",
-                )
+            if told := scale_words(beliefs):
+                say(out, f"{method}: {told}")
         for fault in faults:
             say(out, f"fault: {fault}, at {fault.time:.1f} s")
         if not map_.has_one_path:
@@ -183,16 +180,11 @@ def _summary(
     }
 
 
-def told_scale(comparison: "Comparison", method: str) -> float:
-    """Metres of the map that a metre of the odometer was taken for at the end of the drive."""
-    return comparison.beliefs[method][-1].odometer_scale
-
-
 def _scale(comparison: "Comparison", method: str) -> dict[str, object]:
-    """The odometer's scale; nothing of a stage that asks for none."""
+    """Metres of the map that a metre of the odometer was taken for in the end; nothing of a stage that never asks."""
     from refseq.belief import Stage
 
-    return {"odometer_scale": round(told_scale(comparison, method), 4)} if method == Stage.CHAIN else {}
+    return {"odometer_scale": round(comparison.beliefs[method][-1].odometer_scale, 4)} if method == Stage.CHAIN else {}
 
 
 def _poses(comparison: "Comparison", method: str) -> dict[str, object]:

@@ -19,6 +19,7 @@ from refseq_bench.scenarios.report.sections.tables import (
     cost_table,
     figure_tables,
 )
+from refseq_bench.scenarios.report.words import scale_words
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label, shared_methods
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
@@ -48,7 +49,8 @@ class SectionSettings:
 class Section:
     """The contents of a section; ``drawn`` says which of several runs the plots show, ``unscored`` why no score.
 
-    ``faults`` tells of sensors that were declared ill, if there were any.
+    ``faults`` tells of sensors that were declared ill, if there were any,
+    ``odometer`` of a scale that was not believed.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Section:
     consistency: PageTable | None
     headline: Headline | None
     faults: str
+    odometer: str
     plots: Drawings
     failures: tuple[FailureFrames, ...]
     places: tuple[PlaceFrames, ...]
@@ -104,6 +107,7 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
         consistency=consistency_page_table(every, judged),
         headline=next((headline(one, unscored, truth_estimates(runs)) for one in every if one.method == judged), None),
         faults=told_faults(declared_faults(first)),
+        odometer=scale_words(first.beliefs.get(judged, ())),
         plots=drawings(selected, found, judged, (wide, narrow), settings.outline),
         failures=failed,
         places=places,

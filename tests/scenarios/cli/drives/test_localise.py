@@ -92,7 +92,7 @@ def test_a_drive_is_localised_in_an_atlas(refseq: Refseq, here: Path) -> None:
 
 @pytest.mark.parametrize("scale", [1.0, 1.3])
 def test_an_odometer_whose_metres_are_others_than_the_map_s_is_told(refseq: Refseq, here: Path, scale: float) -> None:
-    """On the terminal, to other programs, and view by view in the table of beliefs."""
+    """On the terminal, to other programs, view by view in the table of beliefs, and on the page of a report."""
     learn(corridor_drive(np.random.default_rng(1), count=36, size=96), profile=BEST).save(here / "whole.refseq")
     with RecordingWriter(here / "scaled.mcap", {}) as writer:
         for k, view in enumerate(corridor_drive(np.random.default_rng(2), count=36, size=96)):
@@ -110,6 +110,9 @@ def test_an_odometer_whose_metres_are_others_than_the_map_s_is_told(refseq: Refs
     assert (prior, scale * chain) == (None, pytest.approx(1.0, abs=0.04))
     beliefs = read_beliefs(here / "scaled.parquet")[Stage.CHAIN]
     assert (beliefs[0].odometer_scale, round(beliefs[-1].odometer_scale, 4)) == (1.0, chain)
+    assert refseq("report", "whole.refseq", "scaled.mcap", "scaled.parquet", "-o", "page.html").code == 0
+    page = (here / "page.html").read_text(encoding="utf-8")
+    assert page.count(f"odometer is taken for {chain:.2f} m of the map") == (scale != 1)
 
 
 def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, here: Path) -> None:
