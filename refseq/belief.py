@@ -1,6 +1,6 @@
 """Belief: a localiser's answer to a view, and the protocol that every localiser fits."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple, Protocol
 
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from refseq.errors import RefseqError
 from refseq.fault import DeclaredFault
+from refseq.same_values import SameValues
 from refseq.view import View
 
 LOST = -1
@@ -40,19 +41,8 @@ class BeliefMode(NamedTuple):
     probability: float
 
 
-def _same_values(one: "Belief | PoseBeside", other: "Belief | PoseBeside") -> bool:
-    """Two answers field by field, of those that are compared; arrays number by number."""
-    pairs = ((getattr(one, at.name), getattr(other, at.name)) for at in fields(one) if at.compare)
-    return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else _equal(a, b) for a, b in pairs)
-
-
-def _equal(one: object, other: object) -> bool:
-    """Equality of what is no array with what may be one."""
-    return not isinstance(other, np.ndarray) and one == other
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class PoseBeside:
+class PoseBeside(SameValues):
     """Pose of the robot as seen from a place, in the frame of the robot that learnt it.
 
     ``along`` is how far ahead of the place the robot is and ``aside`` how far to its left [m], ``heading`` how far it
@@ -64,12 +54,6 @@ class PoseBeside:
     aside: float
     heading: float
     covariance: NDArray[np.float64]
-
-    def __eq__(self, other: object) -> bool:
-        """The same pose and covariance, number by number."""
-        return _same_values(self, other) if isinstance(other, PoseBeside) else NotImplemented
-
-    __hash__ = None  # type: ignore[assignment]
 
     @property
     def motion(self) -> tuple[float, float, float]:
@@ -141,7 +125,7 @@ class Timings:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Belief:
+class Belief(SameValues):
     """Distribution over where the robot is.
 
     ``places`` is (K,) float64 and sums to 1: the probability of each place of the reference sequence, given that the
@@ -157,6 +141,8 @@ class Belief:
 
     ``odometer_scale`` is how many metres of the map a metre of the odometer was taken for; 1: it was believed, or
     nobody tells, as in hindsight.
+
+    Beliefs are equal that are the same answer in all numbers, whatever time they took.
     """
 
     places: NDArray[np.float64]
@@ -170,12 +156,6 @@ class Belief:
     pose: PoseBeside | None = None
     odometer_scale: float = 1.0
 
-    def __eq__(self, other: object) -> bool:
-        """The same answer in all its numbers, whatever time it took."""
-        return _same_values(self, other) if isinstance(other, Belief) else NotImplemented
-
-    __hash__ = None  # type: ignore[assignment]
-
     @property
     def last_sure(self) -> int | None:
         """The place behind which a robot that says lost most probably got lost.
@@ -188,13 +168,19 @@ class Belief:
 
     @property
     def modes(self) -> tuple[BeliefMode, ...]:
+        """Stretches of places that the robot may be on, in a map of one sequence (``modes_in``)."""
+        return self.modes_in([0])
+
+    def modes_in(self, first: ArrayLike) -> tuple[BeliefMode, ...]:
         """Stretches of places that the robot may be on, the most probable first: several where places look alike.
 
         A mode is a run of neighbouring places, each of at least ``MODE_FLOOR`` of the highest probability, that have
-        ``MODE_LEAST`` together. A belief that is the same everywhere is one mode; one too scattered has none.
+        ``MODE_LEAST`` together. None runs on from one sequence to the next: ``first`` are their first places
+        (``Map.first``). A belief that is the same everywhere is one mode a sequence; one too scattered has none.
         """
         high = np.flatnonzero(self.places >= MODE_FLOOR * self.places.max())
-        runs = np.split(high, np.flatnonzero(np.diff(high) > 1) + 1)
+        sequence = np.searchsorted(np.asarray(first), high, side="right")
+        runs = np.split(high, np.flatnonzero((np.diff(high) > 1) | (np.diff(sequence) > 0)) + 1)
         modes = [BeliefMode(int(run[np.argmax(self.places[run])]), float(self.places[run].sum())) for run in runs]
         likely = (mode for mode in modes if mode.probability >= MODE_LEAST)
         return tuple(sorted(likely, key=lambda mode: -mode.probability))

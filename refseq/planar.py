@@ -34,7 +34,7 @@ def motion_between(before: Pose, after: Pose) -> tuple[float, float]:
 
 
 def after_motion(pose: Pose, distance: float, turn: float) -> Pose:
-    """The inverse of ``motion_between``: where a motion leads from ``pose``."""
+    """Where a motion leads from ``pose``, along the chord of an arc: on arcs the inverse of ``motion_between``."""
     along = pose.heading + turn / 2
     return Pose(pose.x + distance * math.cos(along), pose.y + distance * math.sin(along), pose.heading + turn)
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
+from refseq.same_values import SameValues
 
 ASSUMED = "assumed"
 """First word of a drive's note ``odometry`` in its metadata where nobody measured the way."""
@@ -17,8 +18,8 @@ LASER = "laser"
 """Name of the laser among a view's sensors; the other names are those of its cameras."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scan:
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan(SameValues):
     """One turn of a laser scanner.
 
     ``ranges`` is (n,) float32 [m], counter-clockwise, ``inf`` where nothing came back; beam ``i`` points to
@@ -49,8 +50,8 @@ class Scan:
         return points
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+@dataclass(frozen=True, slots=True, eq=False)
+class View(SameValues):
     """All sensors at one place (card V1); a missing sensor is not an error, it contributes nothing.
 
     ``time`` [s]; ``images`` maps a camera's name to (height, width) uint8; ``distance`` [m] (negative when the robot

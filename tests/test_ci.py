@@ -72,9 +72,9 @@ def test_the_nightly_workflow_runs_every_family_of_attacks():
     )
 
 
-def test_the_nightly_workflow_runs_slow_tests_and_benchmarks_and_audits():
+def test_the_nightly_workflow_covers_slow_tests_and_runs_benchmarks_and_audits():
     called = [step["run"] for step in steps(NIGHTLY) if "run" in step]
-    parallel = "./run tests --numprocesses logical --dist worksteal --durations 10"
+    parallel = "./run coverage --numprocesses logical --dist worksteal --durations 10"
     thorough = f'{parallel} -m "not benchmark" --hypothesis-profile thorough'
     assert called[1:] == [thorough, "./run bench --json bench.json", "./run audit || test $? = 2"]
 

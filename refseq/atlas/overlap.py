@@ -57,6 +57,12 @@ class OverlapSettings:
     a few metres, or little for long. Scans that are alike to ``exact`` take all doubt from an overlap with evidence of
     ``walled`` [nats·m]. One that is alike to ``same`` is none where both paths go on beside each other, alike to less
     by ``worse`` (``refseq.atlas.beyond``).
+
+    Short joins (``SHORT_JOINS``) are looked for besides: up to ``most`` stretches of a pair of paths, as ``runs`` says
+    (0: none), and again, up to ``rounds`` times, where the frame of the joins so far lays paths beside each other.
+    There a run needs ``laid`` [nats a view]. For each pair of views the frame tells ``expected`` [nats], less the
+    farther it lays them apart, of which ``apart`` [m] is usual: nothing where that is ``reach`` of its standard
+    deviations, or where it turns them by more than ``askew`` [rad].
     """
 
     sure: float = 0.5
@@ -103,12 +109,19 @@ class OverlapSettings:
             ("vivid", "nats"),
             ("weighty", "nats·m"),
             ("loop", "m"),
+            ("laid", "nats"),
+            ("reach", "standard deviations"),
+            ("askew", "rad"),
         ):
             if not 0 <= getattr(self, name) < np.inf:
                 raise MapError(f"overlap.{name} is {getattr(self, name)} {unit}; valid is 0 or more")
         for name in ("met", "surely", "held", "surely_held", "alike", "same", "exact", "worse"):
             if not 0 <= getattr(self, name) <= 1:
                 raise MapError(f"overlap.{name} is {getattr(self, name)}; valid is 0 to 1")
+        if not 0 < self.apart < np.inf:
+            raise MapError(f"overlap.apart is {self.apart} m; valid is more than 0")
+        if min(self.most, self.rounds) < 0:
+            raise MapError(f"overlap.most is {self.most}, overlap.rounds {self.rounds}; valid are 0 and more")
         if not 1 <= self.stretched < np.inf:
             raise MapError(f"overlap.stretched is {self.stretched}; valid is 1 or more")
 

@@ -14,7 +14,7 @@ from refseq.map.reduction import reduced
 from refseq.map.sequence import ReferenceSequence
 
 APART = 3.0
-"""Shared places with more than so much between them [m] are two stretches, as in the search for overlaps."""
+"""Shared places with more than so much between them [m] are two stretches: as in the search for overlaps by default."""
 
 
 def views_of(map_: Map, name: str) -> NDArray[np.intp]:

@@ -87,10 +87,12 @@ class SensorGuard:
             measured = [replace(one, noise=noise) for one in measured]
         if step.motion is Motion.OPEN:
             return [replace(one, distance=math.nan, turn=math.nan) for one in measured]
-        if not self._stands_once:
-            return measured
-        again = step.motion is Motion.NONE
-        return [replace(one, distance=step.distance, turn=step.turn, again=again) for one in measured]
+        stood = step.motion is Motion.NONE
+        if self._stands_once:
+            return [replace(one, distance=step.distance, turn=step.turn, again=stood) for one in measured]
+        if stood and math.isnan(measured[0].distance):  # pictures and scans tell what no odometer does
+            return [replace(one, distance=0.0, turn=0.0) for one in measured]
+        return measured
 
     def _check_cameras(self, view: View) -> None:
         """Raise ``ViewError`` as long as no camera of the map was met: names differ, or the robot does."""

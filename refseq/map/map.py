@@ -43,7 +43,7 @@ class MapFrame(StrEnum):
     NONE = "none"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Map:
     """Sequences by their ``names``, with the places that each still holds, and all ``paths`` that were learnt.
 
@@ -106,6 +106,12 @@ class Map:
     def __reduce__(self) -> tuple[Callable[[bytes], "Map"], tuple[bytes]]:
         """A map goes to another process as the content of its file."""
         return Map.from_bytes, (self.to_bytes(),)
+
+    def __eq__(self, other: object) -> bool:
+        """Maps are equal whose files are."""
+        return self.to_bytes() == other.to_bytes() if isinstance(other, Map) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __copy__(self) -> Self:
         """Nothing in a map ever changes, so that it is its own copy."""
@@ -174,6 +180,10 @@ class Map:
         """Number of each sequence's first place, counted through, and the number of all places: (S + 1,)."""
         return np.cumsum([0, *map(len, self.sequences)])
 
+    def sequence_of(self, place: int) -> int:
+        """Number of the sequence that holds a place, counted through."""
+        return int(np.searchsorted(self.first, place, side="right")) - 1
+
     def numbered(self, path: MapPath) -> NDArray[np.intp]:
         """The places of a path, counted through all sequences, (K,)."""
         return self.first[path.sequences] + path.places
@@ -235,7 +245,7 @@ class Map:
         if self.frame is MapFrame.JOINED:
             return self.joined_poses
         if self.frame is MapFrame.ODOMETRY:
-            return tuple(Pose(*row) for row in self.sequence.odometry.tolist())
+            return tuple(Pose(x, y, wrap(heading)) for x, y, heading in self.sequence.odometry.tolist())
         return self.poses
 
     @cached_property
@@ -245,8 +255,9 @@ class Map:
         for path in self.paths:
             if len(path.poses):
                 own = self._own(path)
-                for place, row in zip(self.numbered(path)[own].tolist(), path.poses[own].tolist(), strict=True):
-                    poses[place] = Pose(*row)
+                rows = zip(self.numbered(path)[own].tolist(), path.poses[own].tolist(), strict=True)
+                for place, (x, y, heading) in rows:
+                    poses[place] = Pose(x, y, wrap(heading))
         return tuple(poses)
 
     def pose(self, belief: Belief, lost_above: float = LOST_ABOVE) -> Pose | None:
@@ -296,6 +307,10 @@ class Map:
         pairs = [self.numbered(path)[path.loops] for path in self.paths]
         every = np.concatenate(pairs) if pairs else np.zeros((0, 2), np.intp)
         return np.asarray(every[every[:, 0] != every[:, 1]], np.intp)
+
+    def with_twins(self, places: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Some places, counted through, and those that loops make one with any of them: they share a belief."""
+        return np.union1d(places, self.loops[np.isin(self.loops, places).any(axis=1)].ravel())
 
     @property
     def links(self) -> tuple[Link, ...]:

@@ -2,13 +2,14 @@
 
 import time
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief, PoseBeside
 from refseq.map.map import Map
-from refseq.scan_matching.fit import LaidScan, ScanFit, fitted
+from refseq.scan_matching.fit import ScanFit, fitted, laid_scan
 from refseq.scan_matching.panorama import panorama
 from refseq.view import Scan
 
@@ -18,33 +19,36 @@ KEPT = np.array([0.01, 0.01, np.radians(0.7)])
 """Standard deviations of what no beam tells [m, m, rad]: ranges kept in centimetres, lasers that do not look ahead."""
 ARM = 0.3
 """The laser may be so far before or behind the robot's middle [m]: a robot that turns moves it aside."""
+KEPT_READY = 64
+"""So many places' scans are kept ready to be laid on: view after view asks for nearly the same ones."""
 
 
 class PosesBeside:
     """Poses of views beside the places of a map: take each view's scan, then ask for any belief about it."""
 
     def __init__(self, map_: Map) -> None:
-        self._map = map_
+        self._there = lru_cache(KEPT_READY)(lambda place: laid_scan(map_.scan(place)))
         self.take(None)
 
     def take(self, scan: Scan | None) -> None:
         """Take what the laser saw in the next view; None: nothing that could be trusted."""
-        self._scan = None if scan is None else LaidScan(panorama(scan) / 100.0)
+        self._scan = laid_scan(None if scan is None else panorama(scan))
         self._fits: dict[int, ScanFit | None] = {}
 
     @property
     def sees(self) -> bool:
-        """True where the view has a scan."""
+        """True where the view's scan shows walls."""
         return self._scan is not None
 
+    def shown(self, place: int) -> bool:
+        """True where a place's scan shows walls."""
+        return self._there(place) is not None
+
     def fit(self, place: int) -> ScanFit | None:
-        """The view's scan laid on a place's; None where it does not lie there, or one of them is not known."""
+        """The view's scan laid on a place's; None where it does not lie there, or one of them shows no walls."""
         if place not in self._fits:
-            kept = self._map.scan(place)
-            fit = None
-            if kept is not None and self._scan is not None:
-                fit = fitted(LaidScan(kept / 100.0), self._scan)
-            self._fits[place] = fit
+            there = self._there(place)
+            self._fits[place] = None if there is None or self._scan is None else fitted(there, self._scan)
         return self._fits[place]
 
     def told(self, belief: Belief) -> Belief:

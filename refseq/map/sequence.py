@@ -23,7 +23,7 @@ EMISSION_SEED = 20080
 """Any number will do: it keeps the same map's emissions the same wherever it is loaded."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReferenceSequence:
     """Places along a path.
 

@@ -60,6 +60,12 @@ class LaidScan:
         return WallLines(self._ranges)
 
 
+def laid_scan(kept: NDArray[np.uint16] | None) -> LaidScan | None:
+    """A scan as maps keep it, (360,) [cm]; None where there is none, or too few of its beams end on straight walls."""
+    scan = None if kept is None else LaidScan(kept / 100.0)
+    return scan if scan is not None and len(scan.lines.ends) >= FEWEST else None
+
+
 @dataclass(frozen=True, slots=True)
 class ScanFit:
     """Where another scan was taken as seen from one: ``motion`` (3,), ahead and to the left [m], turned [rad].

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 from foxglove import messages
 
-from refseq.belief import Belief, PoseBeside, Timings
+from refseq.belief import Belief, BeliefMode, PoseBeside, Timings
 from refseq.fault import FaultKind
 from refseq.map.map import Map
 from refseq.planar import Pose
@@ -98,12 +98,13 @@ CHANNELS = (BELIEF, POSE)
 
 @dataclass(frozen=True, slots=True)
 class BeliefAnswer:
-    """The belief on a view of a drive, and its pose in the map's frame where there is one."""
+    """The belief on a view of a drive, its modes, and its pose in the map's frame where there is one."""
 
     number: int
     view: View
     belief: Belief
     pose: Pose | None
+    modes: tuple[BeliefMode, ...]
 
     @property
     def nanoseconds(self) -> int:
@@ -125,7 +126,7 @@ class BeliefAnswer:
             "lost": belief.lost,
             "lost_after": None if belief.lost_after is None else belief.lost_after.tolist(),
             "last_sure": belief.last_sure,
-            "modes": [mode._asdict() for mode in belief.modes],
+            "modes": [mode._asdict() for mode in self.modes],
             "entropy": belief.entropy,
             "path": list(belief.path),
             "places": belief.places.tolist(),
@@ -160,4 +161,4 @@ def _beside(pose: PoseBeside) -> dict[str, object]:
 
 def answer_to(map_: Map, number: int, view: View, belief: Belief) -> BeliefAnswer:
     """Put an answer together."""
-    return BeliefAnswer(number, view, belief, map_.pose(belief))
+    return BeliefAnswer(number, view, belief, map_.pose(belief), belief.modes_in(map_.first))

@@ -63,7 +63,8 @@ def status(view: View, count: int, answers: Mapping[Stage, Belief], places: Plac
     belief = answers[list(answers)[-1]]
     told = f"view {count}: place {belief.best} of {len(places)}, P {belief.places[belief.best]:.2f}, "
     told += f"P(lost) {belief.lost:.2f}"
-    told += "".join(f", or {mode.best} (P {mode.probability:.2f})" for mode in belief.modes if mode.best != belief.best)
+    others = (mode for mode in belief.modes_in(places.first) if mode.best != belief.best)
+    told += "".join(f", or {mode.best} (P {mode.probability:.2f})" for mode in others)
     if belief.last_sure is not None:
         told += f", last sure at place {belief.last_sure}"
     pose = places.poses[belief.best]

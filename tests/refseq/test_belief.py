@@ -106,6 +106,13 @@ def test_modes_are_runs_of_likely_places(weights: list[float], modes: list[tuple
     assert [mode.probability for mode in found] == pytest.approx([probability for _, probability in modes])
 
 
+def test_no_mode_runs_on_into_the_next_sequence() -> None:
+    belief = belief_from([0, 0, 2, 1, 0, 0])
+    assert belief.modes == ((2, 1.0),)
+    assert [mode.best for mode in belief.modes_in([0, 3])] == [2, 3]
+    assert belief.modes_in([0, 2, 6]) == belief.modes
+
+
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=19).filter(any))  # the best of so few is no less than a mode
 def test_modes_part_the_belief_and_the_best_place_leads_one(weights: list[float]) -> None:
     belief = belief_from(weights)

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,3 +25,15 @@ def test_sensors_are_the_cameras_and_the_laser_that_are_there() -> None:
     assert View(0.0).sensors == frozenset()
     assert View(0.0, {"camera-1": image}).sensors == {"camera-1"}
     assert View(0.0, {"camera-1": image}, scan).sensors == {"camera-1", LASER}
+
+
+def test_views_are_equal_whose_values_are() -> None:
+    def seen(grey: int, reach: float = 5.0) -> View:
+        return View(1.0, {"camera": np.full((2, 2), grey, np.uint8)}, Scan(np.full(3, reach, np.float32)))
+
+    assert seen(3) == seen(3)
+    assert seen(3) != seen(4)
+    assert seen(3) != seen(3, 6.0)
+    assert seen(3) != View(1.0, {"other": np.full((2, 2), 3, np.uint8)}, seen(3).scan)
+    assert seen(3) != replace(seen(3), scan=None)
+    assert seen(3) != "view"

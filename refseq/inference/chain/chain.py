@@ -2,7 +2,8 @@
 
 Scores and probabilities of all states are arrays (2, K): row 0 the places, row 1 the Lost_Places. As one number a
 state is k for place k and K + i for Lost_Place i. Nothing here is a matrix of 4 K² transitions: the chain is kept as
-its structure, and a step costs O(K log W), where W is how many places the motion window holds.
+its structure, and a step costs O(K log W), where W is how many places the motion window holds, or O(K W) where the
+window is interpolated.
 """
 
 import math

@@ -18,7 +18,8 @@ from refseq.inference.chain.chain import Chain, ChainSettings, Transitions
 from refseq.inference.chain.motion import MotionSettings
 
 APART = 10_000.0
-"""Distance between paths that are laid behind each other [m]: no window and no relocalisation reaches so far."""
+"""Distance between paths that are laid behind each other [m]: no window reaches so far, nor does a relocalisation,
+whose range is a kilometre at most."""
 
 
 @dataclass(frozen=True)

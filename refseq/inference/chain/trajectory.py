@@ -18,7 +18,8 @@ def trajectory_entropy(observations: Iterable[Observation], chain: Chain) -> flo
         H(j) = Σ_i r_ij (H'(i) − log r_ij)
              = [Σ_i a_ij c(i) (H'(i) − log c(i)) − Σ_i c(i) a_ij log a_ij] / f(j) + log f(j)
 
-    is the entropy of the paths that end in j. Both sums are moves of the chain, so a view costs O(K log W).
+    is the entropy of the paths that end in j. Both sums are moves of the chain, so a view costs as much as
+    a step of it.
     """
     log_c, H = chain.start(), np.zeros((2, chain.K))
     for number, observation in enumerate(observations):

@@ -52,7 +52,8 @@ class LearntWays:
 
     def bends(self, metres: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn of the way over the last ``metres`` (K,) before each position, (K,) [rad]."""
-        return self.heading - np.interp(self.along - metres, self.along, self.heading)
+        bends = self.heading - np.interp(self.along - metres, self.along, self.heading)
+        return np.where(metres > 0, bends, 0.0)  # where a path turns on its spot it has several headings
 
 
 class TurnsBehind:
@@ -87,8 +88,12 @@ class TurnsBehind:
         if not (math.isfinite(distance) and math.isfinite(turn)):
             self.reset()
             return
-        self._way.append(self._way[-1] + abs(distance))
-        self._heading.append(self._heading[-1] + turn)
+        way, heading = self._way[-1] + abs(distance), self._heading[-1] + turn
+        if way == self._way[-1] and len(self._way) > 1 and way == self._way[-2]:  # it stands, or turns on its spot
+            self._heading[-1] = heading
+            return
+        self._way.append(way)
+        self._heading.append(heading)
         # One view is kept from before the farthest that is ever asked.
         while len(self._way) > 2 and self._way[-1] - self._way[1] >= self._metres.max():
             del self._way[0], self._heading[0]

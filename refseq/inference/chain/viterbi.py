@@ -57,11 +57,6 @@ def viterbi(observations: Sequence[Observation], chain: Chain) -> Decoding:
     return _decode(observations, lambda t: chain.transitions(observations[t].distance), chain)
 
 
-def best_path(observations: Sequence[Observation], chain: Chain) -> tuple[int, ...]:
-    """The most probable states of a whole drive, each view's in the light of the later ones as well."""
-    return viterbi(observations, chain).path
-
-
 def forward_scores(
     observations: Iterable[Observation], transitions: Callable[[int], Transitions], chain: Chain
 ) -> list[NDArray[np.float64]]:

@@ -11,7 +11,7 @@ from scipy import sparse
 from refseq.inference.matching.columns import Rows
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class IncidenceMatrix:
     """N binary features by K places, packed: for each feature the places where it was seen.
 

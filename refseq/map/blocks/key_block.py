@@ -36,13 +36,13 @@ class KeyBlock:
 
     def __init__(self, map_: Map) -> None:
         self._map = map_
-        self._view: Mapping[str, PictureKeys] = {}
+        self.take({})
         self._calibrations: dict[frozenset[str], Calibration] = {}
         self.most = int(map_.profile.log_ratio.geometry)
 
     def take(self, view: Mapping[str, PictureKeys]) -> None:
         """Take the next view's keys, by camera."""
-        self._view = view
+        self._view, self._fits = view, dict[int, KeyFit]()
 
     @property
     def sees(self) -> bool:
@@ -54,11 +54,17 @@ class KeyBlock:
         cameras = frozenset(self._view)
         if cameras not in self._calibrations:
             self._calibrations[cameras] = self._calibration(cameras)
-        fits = [together(laid(self._map.keys(place), self._view)) for place in places.tolist()]
+        fits = [self._fit(place) for place in places.tolist()]
         told = self._calibrations[cameras].log_ratios(np.array([score(fit) for fit in fits]))
         told = unless_blind(told, self._map.profile.log_ratio.blind)
         told[[fit.matches < FEWEST for fit in fits]] = 0.0
         return nearest_of_neighbours(places, told, np.log([fit.scale for fit in fits]))
+
+    def _fit(self, place: int) -> KeyFit:
+        """The view's keys laid on a place's, for all stages that ask."""
+        if place not in self._fits:
+            self._fits[place] = together(laid(self._map.keys(place), self._view))
+        return self._fits[place]
 
     def _calibration(self, cameras: frozenset[str]) -> Calibration:
         """Scores of places elsewhere, by the keys of some cameras at the reference's own views."""

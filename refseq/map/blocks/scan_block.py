@@ -9,7 +9,7 @@ from refseq.inference.matching.log_ratio import Calibration
 from refseq.map.blocks.few_places import pairs_elsewhere
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
-from refseq.scan_matching.fit import LaidScan, fitted
+from refseq.scan_matching.fit import LaidScan, fitted, laid_scan
 from refseq.view import LASER
 
 VIEWS, PLACES = 40, 5
@@ -34,7 +34,7 @@ class ScanBlock:
 
     @property
     def sees(self) -> bool:
-        """True where the view has a scan."""
+        """True where the view's scan shows walls."""
         return self._poses.sees
 
     def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -42,7 +42,7 @@ class ScanBlock:
         calibration = self._map.once(scans_elsewhere)
         told = calibration.log_ratios(np.array([self._score(place) for place in places.tolist()]))
         told -= np.square([self._off(place) / NEAR for place in places.tolist()]) / 2
-        told[[self._map.scan(place) is None for place in places.tolist()]] = 0.0  # a drive whose laser was away
+        told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
         return told
 
     def _off(self, place: int) -> float:
@@ -62,8 +62,7 @@ def scans_elsewhere(map_: Map) -> Calibration:
     for view, place in pairs_elsewhere(map_, VIEWS, PLACES):
         for one in (view, place):
             if one not in scans:
-                kept = map_.scan(one)
-                scans[one] = None if kept is None else LaidScan(kept / 100.0)
+                scans[one] = laid_scan(map_.scan(one))
         seen, there = scans[view], scans[place]
         if seen is not None and there is not None:
             fit = fitted(there, seen)

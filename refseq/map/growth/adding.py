@@ -153,8 +153,9 @@ def _check_walls(map_: Map, drive: Sequence[View], placed: Sequence["_PlacedView
     lying = []
     for view in placed:
         poses.take(usable(drive[view.number]).scan)
-        if (fit := poses.fit(view.place)) is not None:
-            lying.append(fit.share >= ALIKE)
+        if poses.sees and poses.shown(view.place):
+            fit = poses.fit(view.place)
+            lying.append(fit is not None and fit.share >= ALIKE)
     if len(lying) >= FEWEST and np.mean(lying) < rules.walls:
         raise MapError(
             f"the drive has {len(drive)} views, of which {len(placed)} look like places of it, but {sum(lying)} of "
@@ -210,7 +211,7 @@ def _stretch(map_: Map, drive: Sequence[View], placed: Sequence[_PlacedView]) ->
 
 @dataclass
 class _Nearness:
-    """Places of a map that lie within some metres of each other along any path."""
+    """Places of a map that lie within some metres of each other along any path, and those that are one with them."""
 
     map: Map
     metres: float
@@ -224,7 +225,7 @@ class _Nearness:
                 numbered = self.map.numbered(path)
                 here = path.along[numbered == place]
                 near += [numbered[np.abs(path.along - at) <= self.metres] for at in here]
-            self._found[place] = np.unique(np.concatenate(near))
+            self._found[place] = self.map.with_twins(np.concatenate(near))
         return self._found[place]
 
 

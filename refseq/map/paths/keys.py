@@ -21,7 +21,7 @@ FARTHEST = 65535
 """Largest position in steps: 8191 pixels."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PathKeys:
     """Keys of all V views, one behind the other: ``counts`` (V,) says how many each has, at most ``MOST``.
 

@@ -53,7 +53,10 @@ def legs_of(poses: Sequence[Pose], along: NDArray[np.float64]) -> list[Leg]:
         start = along[0] if one is vertices[0] else _measured(one, poses, along, -1)
         end = along[-1] if other is vertices[-1] else _measured(other, poses, along, 1)
         part = np.concatenate([[one], way[(way[:, 2] > one[2]) & (way[:, 2] < other[2])], [other]])
-        headings = (_heading(part[part[:, 2] <= one[2] + LOCAL]), _heading(part[part[:, 2] >= other[2] - LOCAL]))
+        # Where views are farther apart than that, a corner and the next view tell the direction.
+        early = max(2, int((part[:, 2] <= one[2] + LOCAL).sum()))
+        late = max(2, int((part[:, 2] >= other[2] - LOCAL).sum()))
+        headings = (_heading(part[:early]), _heading(part[-late:]))
         near = float(np.interp((one[2] + other[2]) / 2, along, [pose.heading for pose in poses]))
         begins, finish = (near + wrap(heading - near) for heading in headings)
         legs.append(Leg(float(start), float(end), begins, finish))

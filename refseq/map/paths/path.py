@@ -12,7 +12,7 @@ from refseq.map.paths.keys import PathKeys
 from refseq.scan_matching.panorama import DEGREES
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MapPath:
     """A path by its ``name``: where each of the K views that were learnt along it now lies.
 

@@ -36,6 +36,7 @@ class Hindsight:
     def beliefs(self) -> list[Belief]:
         """The answers to all views taken, each in the light of all."""
         tracker = self._tracker
+        tracker.reset()
         posteriors = path_smoothed([tracker.observation(one) for one in self._counted], tracker.space)
         return [tracker.belief(*pair) for pair in zip(posteriors, self._counted, strict=True)]
 
@@ -46,6 +47,10 @@ class _OnePath:
     def __init__(self, map_: Map) -> None:
         self._tracker = ChainTracker(map_.sequence)
         self.space = self._tracker.chain
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._tracker.reset()
 
     def observation(self, measured: Sequence[Measurement]) -> Observation:
         """A measurement as the chain sees it."""

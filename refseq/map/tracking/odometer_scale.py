@@ -70,6 +70,11 @@ class _Sums:
         return _Sums(self.squares + other.squares, self.products + other.products)
 
 
+def shows(measured: Sequence[Measurement]) -> bool:
+    """True for a view that tells one place from another: else the odometer alone has moved the belief."""
+    return any(np.ptp(one.likelihood) > 0 for one in measured)
+
+
 class OdometerScale:
     """Corrects the ways of a drive's views: ask, then tell what was believed of the view.
 
@@ -77,7 +82,7 @@ class OdometerScale:
     """
 
     def __init__(self, map_: Map) -> None:
-        self._first, self._along = map_.first, np.concatenate([sequence.along for sequence in map_.sequences])
+        self._map, self._along = map_, np.concatenate([sequence.along for sequence in map_.sequences])
         self._spread = map_.profile.motion.odometer_scale
         self.reset()
 
@@ -102,7 +107,7 @@ class OdometerScale:
             self._way, self._driven = self._way + distance, self._driven + abs(distance)
         if belief.lost > LOST_ABOVE:
             self._end()
-        elif self._moved and (at := self._at(belief)) is not None:
+        elif self._moved and shows(measured) and (at := self._at(belief)) is not None:
             self._take(at)
         self.scale = self._estimated()
 
@@ -113,16 +118,15 @@ class OdometerScale:
 
     def _at(self, belief: Belief) -> _At | None:
         """Where the belief is; None where it tells no place, or an end of a path, past which the robot may be."""
-        number = int(np.searchsorted(self._first, belief.best, side="right")) - 1
-        low, high = self._first[number], self._first[number + 1]
+        number = self._map.sequence_of(belief.best)
+        low, high = self._map.first[number : number + 2].tolist()
         if belief.lost > SURE_LOST or belief.best in (low, high - 1):
             return None
-        along, places = self._along[low:high], belief.places[low:high]
-        near = np.abs(along - self._along[belief.best]) <= NEAR
-        share = places[near].sum()
-        if share < SURE_NEAR:
+        near = low + np.flatnonzero(np.abs(self._along[low:high] - self._along[belief.best]) <= NEAR)
+        if belief.places[self._map.with_twins(near)].sum() < SURE_NEAR:
             return None
-        return _At(number, float(places[near] @ along[near] / share), self._way, self._driven)
+        places = belief.places[near]
+        return _At(number, float(places @ self._along[near] / places.sum()), self._way, self._driven)
 
     def _take(self, at: _At) -> None:
         if self._points:

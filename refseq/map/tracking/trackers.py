@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entropy
+from refseq.belief import LOST, Belief, Stage, Timings, belief_from, normalised_entropy
 from refseq.inference.chain.chain import Chain, Observation
 from refseq.inference.chain.forward import StatePosterior
 from refseq.inference.chain.run_out import path_filter
@@ -97,6 +97,7 @@ class SurestSequence:
     def __init__(self, stage: Stage, map_: Map) -> None:
         chained = stage is Stage.CHAIN
         self._answers = [SurePath(s) if chained else SureView(stage, s) for s in map_.sequences]
+        self._map = map_
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -111,8 +112,10 @@ class SurestSequence:
         weights = [one / total if total > 0 else 1 / len(sure) for one in sure]
         places = np.concatenate([w * belief.places for w, belief in zip(weights, beliefs, strict=True)])
         lost = math.fsum(w * belief.lost for w, belief in zip(weights, beliefs, strict=True))
-        timings = added_up(belief.timings for belief in beliefs)
-        return belief_from(places, min(lost, 1.0), timings=timings, lost_after=_weighed_lost(weights, beliefs))
+        number = self._map.sequence_of(int(np.argmax(places)))
+        path = tuple(k if k == LOST else k + int(self._map.first[number]) for k in beliefs[number].path)
+        timings, after = added_up(belief.timings for belief in beliefs), _weighed_lost(weights, beliefs)
+        return belief_from(places, min(lost, 1.0), path=path, timings=timings, lost_after=after)
 
 
 def _weighed_lost(weights: Sequence[float], beliefs: Sequence[Belief]) -> NDArray[np.float64] | None:

@@ -48,7 +48,7 @@ class UsualViews:
     """
 
     def __init__(self, map_: Map) -> None:
-        self._first, settings = map_.first, map_.profile.log_ratio
+        self._map, settings = map_, map_.profile.log_ratio
         self._blind = settings.blind
         self._usual: deque[_Usual] = deque(maxlen=int(settings.usual))
         self._last: _Usual | None = None
@@ -70,9 +70,10 @@ class UsualViews:
         if _stands(measured[0]) or belief.lost > SURE_LOST or not measured[0].by_block:
             return
         best = int(np.argmax(belief.places))
-        number = int(np.searchsorted(self._first, best, side="right")) - 1
-        low, high = self._first[number], self._first[number + 1]
-        if belief.places[max(low, best - 1) : min(high, best + 2)].sum() < SURE_NEAR:
+        number = self._map.sequence_of(best)
+        low, high = self._map.first[number : number + 2].tolist()
+        near = np.arange(max(low, best - 1), min(high, best + 2))
+        if belief.places[self._map.with_twins(near)].sum() < SURE_NEAR:
             return
         one = measured[number]
         brought = {key: float(ratios[best - low]) for key, ratios in one.by_block.items()}

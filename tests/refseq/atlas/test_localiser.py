@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from refseq.atlas.merge import merge_maps
-from refseq.belief import Stage, Timings
+from refseq.belief import LOST, Stage, Timings
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.motion import MotionSettings
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Matcher, Measurement
+from refseq.map.measurer import Measurer
 from refseq.map.profile import BEST, THESIS, Profile
+from refseq.map.tracking.hindsight import Hindsight
 from refseq.map.tracking.trackers import NetworkTracker, SurestSequence, sureness_of_path
 from tests.refseq.rooms import named_maps
 from tests.refseq.walks import Leg, Town, apart
@@ -34,6 +36,27 @@ def test_of_one_path_the_trackers_of_several_answer_as_its_sequence(profile: Pro
         np.testing.assert_allclose(other.places, one.places, atol=1e-12)
         assert other.lost == pytest.approx(one.lost, abs=1e-9)
         assert other.best == one.best
+
+
+def test_of_several_sequences_the_path_is_that_of_the_one_the_robot_is_in() -> None:
+    walks = [TOWN.learnt([("A", 0, 40)], 1, THESIS), TOWN.learnt([("C", 0, 40)], 2, THESIS)]
+    atlas = beside(named_maps(["a", "c"], walks))
+    localiser, there = Localiser(atlas), Localiser(Map.of(walks[1]))
+    for view in TOWN.views([("C", 5, 15), ("E", 0, 10)], 8):
+        belief, own = localiser.update(view), there.update(view).path
+        if belief.best >= len(walks[0]):
+            assert belief.path == tuple(k if k == LOST else k + len(walks[0]) for k in own)
+    assert len(own) == THESIS.chain.window
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_hindsight_tells_the_same_when_it_is_asked_again(profile: Profile) -> None:
+    only = Map.of(TOWN.learnt(A, 1, profile))
+    hindsight, measurer = Hindsight(only), Measurer(only)
+    for view in TOWN.views([("A", 5, 20)], 8):
+        measurer.take(view)
+        hindsight.take(measurer.after(None))
+    assert hindsight.beliefs() == hindsight.beliefs()
 
 
 @pytest.mark.parametrize("stage", list(Stage))

@@ -85,3 +85,20 @@ def test_a_map_goes_to_another_process_and_is_its_own_copy(views: list[View]) ->
     assert copy.deepcopy(map_) is map_
     with pytest.raises(MapError, match=r"^9 bytes: is not a \.refseq map, or is damaged"):
         Map.from_bytes(b"no map at")
+
+
+def test_headings_are_within_half_a_turn_however_often_the_robot_turned() -> None:
+    turned = [
+        replace(view, turn=math.pi / 2 if k % 4 == 3 else 0.0)
+        for k, view in enumerate(without_truth(corridor_drive(np.random.default_rng(1), count=24, size=96)))
+    ]
+    headings = [pose.heading for pose in learnt(turned).places_in_frame if pose]
+    assert max(map(abs, headings)) <= math.pi
+    assert headings[-1] == pytest.approx(math.pi)  # after six quarter turns
+
+
+def test_maps_are_equal_whose_files_are(views: list[View]) -> None:
+    map_ = learnt(views)
+    assert map_ == Map.from_bytes(map_.to_bytes())
+    assert map_ != learnt(views[:5])
+    assert map_ != "map"

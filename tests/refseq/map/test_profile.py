@@ -150,7 +150,7 @@ def test_yes_or_no_is_no_number(value: object) -> None:
             "chain",
             "relocalisation_range",
             float("inf"),
-            "profile.chain.relocalisation_range is inf; valid is a number from 0.001 to 1e+06",
+            "profile.chain.relocalisation_range is inf; valid is a number from 0.001 to 1000",
         ),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
     ],

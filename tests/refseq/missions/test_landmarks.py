@@ -6,7 +6,7 @@ import pytest
 from refseq.belief import Stage
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.motion import MotionSettings
-from refseq.inference.chain.viterbi import best_path
+from refseq.inference.chain.viterbi import viterbi
 from refseq.inference.matching.information import feature_information
 from refseq.map.localiser import localise
 from tests.refseq.rooms import bits_drive, bits_map, bits_sequence
@@ -55,7 +55,7 @@ def test_their_order_tells_the_places_apart(length: int) -> None:
             Observation(1.0, np.log(np.where((column[:, None] == TABLE).all(axis=0), 0.9, 0.05)), np.log(1 / 3))
             for column in shown.T
         ]
-        path = best_path(observations, chain)
+        path = viterbi(observations, chain).path
         alike = [k for k in range(11 - length) if (TABLE[:, k : k + length] == shown).all()]
         assert path[0] in alike
         assert path == tuple(range(path[0], path[0] + length))

@@ -99,6 +99,20 @@ def test_a_robot_that_stands_has_gone_nowhere() -> None:
     np.testing.assert_array_equal(turns.log_ratios(7.0, 2.0, again=True), told)
 
 
+def test_a_robot_that_stands_for_hours_keeps_a_short_way_behind() -> None:
+    turns, other = one_path(LEFT), one_path(LEFT)
+    after(turns, *[(1.0, 0.0)] * 20, *[(0.0, 0.0)] * 5000)
+    after(other, *[(1.0, 0.0)] * 20)
+    assert len(turns._way) <= 25
+    np.testing.assert_array_equal(turns.log_ratios(1.0, 0.1, again=False), other.log_ratios(1.0, 0.1, again=False))
+
+
+def test_a_path_that_begins_with_a_turn_on_its_spot_has_nothing_behind_its_first_view() -> None:
+    net = Network((np.array([0.0, 0, 0, 0, 1, 2, 3]),), np.arange(7), MotionSettings(), ChainSettings())
+    ways = LearntWays.of(net, [track(np.radians([0.0, 40, 80, 90, 90, 90, 90]))])
+    assert (TurnsBehind(ways, 5.0).log_ratios(0.0, 0.0, again=False) == 0).all()
+
+
 @quick
 @given(st.integers(0, 10**6))
 def test_what_is_forgotten_of_the_way_is_never_asked(seed: int) -> None:

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.emissions import Emissions, Seen
-from refseq.inference.chain.viterbi import Decoding, SlidingViterbi, best_path, viterbi
+from refseq.inference.chain.viterbi import Decoding, SlidingViterbi, viterbi
 from tests.refseq.chains import (
     MOTION,
     THESIS,
@@ -43,7 +43,7 @@ def test_five_places_and_six_views() -> None:
     scores = all_paths(observations, chain)
     assert scores.size == 10**6
     assert_decodes(viterbi(observations, chain), scores)
-    assert best_path(observations, chain) == np.unravel_index(scores.argmax(), scores.shape)
+    assert viterbi(observations, chain).path == np.unravel_index(scores.argmax(), scores.shape)
 
 
 class DenseChain(BaseHMM):
@@ -102,7 +102,7 @@ def test_lost_views_lead_to_a_lost_place_and_back() -> None:
     posteriors = [np.eye(K)[k] for k in (2, 3, 4)] + [np.full(K, 1 / K)] * 3 + [np.eye(K)[8]]
     observations = [Observation(1.0, *emissions.log_likelihood(Seen(p, p))) for p in posteriors]
     chain = Chain(np.arange(float(K)), MOTION, THESIS)
-    assert best_path(observations, chain) == (2, 3, 4, K + 5, K + 5, K + 5, 8)
+    assert viterbi(observations, chain).path == (2, 3, 4, K + 5, K + 5, K + 5, 8)
     lost = [viterbi(observations[: t + 1], chain).lost.sum() for t in range(7)]
     assert max(lost[:3]) < 0.5 < min(lost[3:6])
     assert lost[6] < 0.5
@@ -122,4 +122,4 @@ def test_the_chain_finds_the_place_on_a_grid_finer_than_the_views() -> None:
         Observation(float(distance), -(((along - at) / 0.3) ** 2) / 2, -8.0)
         for distance, at in zip(np.diff(truth, prepend=4.0), truth, strict=True)
     ]
-    np.testing.assert_allclose(along[list(best_path(observations, chain))], truth, atol=1e-9)
+    np.testing.assert_allclose(along[list(viterbi(observations, chain).path)], truth, atol=1e-9)

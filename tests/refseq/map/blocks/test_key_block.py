@@ -13,6 +13,7 @@ from refseq.belief import Stage, belief_from
 from refseq.features.key_fit import KeyFit
 from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.log_ratio import Calibration, unless_blind
+from refseq.map.blocks import key_block
 from refseq.map.blocks.few_places import FewPlaces
 from refseq.map.blocks.key_block import FEWEST, PRIOR, KeyBlock, laid, nearest_of_neighbours, score, together
 from refseq.map.guard import SensorGuard
@@ -216,3 +217,24 @@ def test_a_view_is_laid_by_the_cameras_that_both_have() -> None:
     keys = PictureKeys(np.zeros((1, 2), np.float32), np.zeros((1, 128), np.uint8))
     place: Mapping[str, PictureKeys] = {"left": keys, "right": keys}
     assert laid(place, {"right": keys, "up": keys}) == {"right": KeyFit(matches=1)}
+
+
+def test_keys_are_laid_on_a_place_once_a_view_however_many_stages_ask(
+    asked: Map, views: list[View], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    block = KeyBlock(asked)
+    take(block, asked, views[3])
+    block.told(np.array([0]))  # scores of places elsewhere are asked for once
+    places: list[Mapping[str, PictureKeys]] = []
+
+    def counted(place: Mapping[str, PictureKeys], view: Mapping[str, PictureKeys]) -> dict[str, KeyFit]:
+        places.append(place)
+        return laid(place, view)
+
+    monkeypatch.setattr(key_block, "laid", counted)
+    told = block.told(np.array([2, 3, 4]))
+    assert block.told(np.array([3]))[0] == pytest.approx(told[1])
+    assert len(places) == 3
+    take(block, asked, views[4])
+    block.told(np.array([3]))
+    assert len(places) == 4

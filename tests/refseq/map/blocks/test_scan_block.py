@@ -19,7 +19,7 @@ from refseq.map.poses_beside import PosesBeside
 from refseq.map.profile import BEST, Profile
 from refseq.planar import Pose
 from refseq.scan_matching.fit import LaidScan, ScanFit, fitted
-from refseq.view import LASER, View
+from refseq.view import LASER, Scan, View
 from tests.refseq.map.test_poses_beside import LATER, drive
 
 REFERENCE = [Pose(1.0 + 0.85 * k, 0.0, 0.0) for k in range(28)]
@@ -120,6 +120,21 @@ def test_stages_and_localisers_agree(asked: Map, views: list[View]) -> None:
             assert alone.update(view).places.tobytes() == belief.places.tobytes()
         alone.reset()
         assert alone.update(views[0]).places.tobytes() == told[stage][0].places.tobytes()
+
+
+def test_a_scan_that_shows_no_walls_speaks_against_no_place(asked: Map) -> None:
+    """Neither a view's in which nothing came back, nor that of a place which was learnt while the laser was away."""
+    views = drive(REFERENCE)
+    gappy = learn([replace(view, scan=None) if k == 10 else view for k, view in enumerate(views)], profile=BEST)
+    poses = PosesBeside(gappy)
+    poses.take(views[10].scan)
+    told = ScanBlock(gappy, poses, {LASER}).told(np.array([3, 10, 11]))
+    assert (told[0] < 0, told[1]) == (True, 0.0)
+    nothing = replace(views[3], scan=Scan(np.full(361, np.inf, np.float32)))
+    after = Localiser(asked)
+    for view in views[:3]:
+        before = after.update(view)
+    assert after.update(nothing).lost <= before.lost + 0.05
 
 
 def test_scans_elsewhere_are_laid_once_a_map(views: list[View], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from refseq import Map, MapError, Stage, add_drive, learn, localise
 from refseq.atlas.merge import merge_maps
-from refseq.map.growth.adding import Grown, GrowthSettings
+from refseq.map.growth.adding import Grown, GrowthSettings, _placed
+from refseq.map.growth.seen import seen_drive
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
 from refseq.view import LASER, View
-from tests.refseq.rooms import without
+from tests.refseq.rooms import bits_drive, bits_map, without
 from tests.support import CAMERAS, corridor_drive, texture
 
 COUNT, SPACING = 34, 0.85
@@ -78,12 +79,15 @@ def test_an_odometer_of_another_scale_is_absorbed_and_told(map_: Map, scale: flo
     assert added.stretch == pytest.approx(scale, abs=0.03)
 
 
-def test_a_drive_between_other_walls_is_refused_though_it_looks_alike() -> None:
+@pytest.mark.parametrize("wider", [1.4, 6.0])
+def test_a_drive_between_other_walls_is_refused_though_it_looks_alike(wider: float) -> None:
+    """The same pictures on the walls of a wider corridor: scans lie badly there, or not at all."""
     map_ = learn(drive(1), profile=BEST, name="way")
     assert add_drive(map_, drive(2)).placed >= 0.8 * COUNT
-    wider = np.float32(1.4)  # the same pictures on the walls of a corridor that is wider
     elsewhere = [
-        replace(view, scan=replace(view.scan, ranges=wider * view.scan.ranges)) for view in drive(2) if view.scan
+        replace(view, scan=replace(view.scan, ranges=np.float32(wider) * view.scan.ranges))
+        for view in drive(2)
+        if view.scan
     ]
     anywhere = GrowthSettings(placed=0.0, sure=0.0)
     with pytest.raises(
@@ -203,3 +207,30 @@ def test_a_drive_of_another_robot_is_told(map_: Map) -> None:
 def test_wrong_rules_are_told(wrong: dict[str, float], told: str) -> None:
     with pytest.raises(MapError, match=told):
         GrowthSettings(**wrong)  # type: ignore[arg-type]
+
+
+def rounds(seed: int, count: int) -> list[View]:
+    """A corridor of 30 places that is driven along so many times."""
+    rng = np.random.default_rng(seed)
+    seen = np.random.default_rng(0).random((30, 150)) < 0.12
+    return bits_drive({"a": np.vstack([seen ^ (rng.random(seen.shape) < 0.01) for _ in range(count)])})
+
+
+def looped() -> Map:
+    """A map of two rounds whose places are known to be one."""
+    map_ = bits_map(rounds(1, 2), BEST)
+    loops = np.column_stack([np.arange(30), np.arange(30, 60)])
+    return replace(map_, paths=(replace(map_.paths[0], loops=loops),))
+
+
+def test_a_drive_along_a_loop_is_placed_though_two_places_share_its_belief() -> None:
+    once, twice = bits_map(rounds(1, 1), BEST), looped()
+    shared = localise(twice, rounds(2, 1), stages=[Stage.CHAIN])[Stage.CHAIN]
+    assert np.median([belief.places.max() for belief in shared]) < 0.6
+    for map_ in (once, twice):
+        assert len(_placed(map_, seen_drive(map_, rounds(2, 1), 0), GrowthSettings())) == 30
+
+
+def test_along_a_loop_an_odometer_tells_its_scale() -> None:
+    beliefs = localise(looped(), stretched(rounds(2, 1), 1.25), stages=[Stage.CHAIN])[Stage.CHAIN]
+    assert beliefs[-1].odometer_scale == pytest.approx(0.8, abs=0.05)

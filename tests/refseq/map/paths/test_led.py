@@ -122,3 +122,11 @@ def test_walls_are_kept_to_where_they_are_near(left: float, right: float, kept: 
 def test_what_never_moved_has_no_behaviours() -> None:
     assert led_behaviours([View(0.0)]) == ()
     assert led_behaviours([View(0.0), View(1.0)]) == ()
+
+
+@pytest.mark.parametrize("spacing", [2.0, 10.0])
+def test_a_corner_is_told_however_far_apart_the_views_are(spacing: float) -> None:
+    steps = int(40 / spacing)
+    motions = [(0.0, 0.0), *[(spacing, 0.0)] * steps, (0.0, math.pi / 2), *[(spacing, 0.0)] * steps]
+    views = [View(float(k), distance=distance, turn=turn) for k, (distance, turn) in enumerate(motions)]
+    assert any(words.startswith("MT:90.0") for words in led_behaviours(views))

@@ -46,7 +46,8 @@ def chain(map_: Map, views: Sequence[View]) -> list[Belief]:
 
 
 def measured(distance: float, count: int = COUNT, *, again: bool = False) -> list[Measurement]:
-    return [Measurement(np.full(count, 1 / count), distance, 0.0, again=again)]
+    weights = np.arange(1.0, count + 1)
+    return [Measurement(weights / weights.sum(), distance, 0.0, again=again)]
 
 
 def at(along: float, count: int = COUNT, lost: float = 0.0) -> Belief:
@@ -222,3 +223,13 @@ def test_after_a_reset_the_odometer_is_believed_again(map_: Map) -> None:
     localiser.reset()
     assert before.odometer_scale != 1.0
     assert localiser.update(drive(7)[0]).odometer_scale == 1.0
+
+
+def test_what_the_odometer_alone_moves_confirms_no_scale(map_: Map) -> None:
+    estimator = OdometerScale(map_)
+    told(estimator, (1.25 * np.arange(20.0)).tolist(), np.arange(1.0, 21.0).tolist())
+    scale, blind = estimator.scale, Measurement(np.full(COUNT, 1 / COUNT), 1.25, 0.0)
+    assert scale == pytest.approx(0.8, abs=0.02)
+    for along in np.arange(21.0, 32.0) + 1.25 * np.arange(11):
+        estimator.told([blind], at(float(min(along, 30.0))))
+    assert estimator.scale == scale

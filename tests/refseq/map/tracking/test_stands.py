@@ -154,3 +154,13 @@ def test_an_odometer_of_zeros_is_told_once_and_does_not_hold_the_robot(map_: Map
         np.testing.assert_array_equal(belief.places, wanted.places)
         assert belief.lost == wanted.lost
     assert [belief.best for belief in beliefs[-8:]] == list(range(16, 24))
+
+
+def test_without_odometry_pictures_tell_a_robot_that_stands_at_the_end_of_its_path() -> None:
+    """Else it would seem to go on, past the end, where places show nothing more."""
+    map_ = learn(REFERENCE, profile="best", sensors=["camera-1", "camera-2"])
+    arrived = [replace(view, scan=None, distance=0.0, turn=0.0, has_odometry=False) for view in QUERY]
+    stood = [replace(arrived[-1], time=arrived[-1].time + k) for k in range(1, 11)]
+    beliefs = localise(map_, [*arrived, *stood], stages=[Stage.CHAIN])[Stage.CHAIN]
+    assert [belief.best for belief in beliefs[-11:]] == [23] * 11
+    assert max(belief.lost for belief in beliefs[-10:]) <= beliefs[len(arrived) - 1].lost + 0.05
