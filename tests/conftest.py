@@ -42,6 +42,23 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark cases as slow by the ids of their parameters, before pytest leaves out what is slow."""
+    known: dict[str, set[str]] = {}
+    for item in items:
+        case = getattr(item, "callspec", None)
+        named = item.get_closest_marker("slow_cases") or item.get_closest_marker("quick_cases")
+        if case is None or named is None:
+            continue
+        known.setdefault(item.nodeid.partition("[")[0], set(named.args)).discard(case.id)
+        if (case.id in named.args) == (named.name == "slow_cases"):
+            item.add_marker(pytest.mark.slow)
+    whole = not any("::" in word for word in config.args)
+    if whole and (missing := {test: ids for test, ids in known.items() if ids}):
+        raise pytest.UsageError(f"cases that are named in a mark are not there: {missing}")
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Tell the slowest tests in the summary of a run on GitHub; `./run` prints them in any case."""
     if summary := os.environ.get("GITHUB_STEP_SUMMARY"):

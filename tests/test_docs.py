@@ -151,11 +151,13 @@ def asking(what: str) -> list[Page]:
     return [page for page in pages() if any(example.asked == what for example in page.examples)]
 
 
+@pytest.mark.slow_cases("docs/first-run.md", "docs/live.md")
 @pytest.mark.parametrize("page", asking("run"), ids=lambda page: page.name)
 def test_examples_run(page, stand):
     carry_out(page, stand, "run")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", asking("recordings"), ids=lambda page: page.name)
 def test_examples_on_real_recordings_run(page, stand):
     if not RECORDINGS.is_dir():
@@ -277,11 +279,13 @@ class Reader(HTMLParser):
             self.loaded.append(found["href"])
 
 
+@pytest.mark.slow
 def test_every_page_is_on_the_site(site):
     below = [page.path.relative_to(ROOT / "docs") for page in pages() if page.name.startswith("docs/")]
     assert [page for page in below if not (site / page.with_suffix(".html")).is_file()] == []
 
 
+@pytest.mark.slow
 def test_links_of_the_site_lead_to_what_is_there(site):
     read = {path: Reader(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
     broken = []
@@ -299,6 +303,7 @@ def test_links_of_the_site_lead_to_what_is_there(site):
     assert broken == []
 
 
+@pytest.mark.slow
 def test_the_site_loads_nothing_from_elsewhere(site):
     for path in site.rglob("*.html"):
         loaded = Reader(path.read_text(encoding="utf-8")).loaded

@@ -103,6 +103,7 @@ def test_light_changes_what_is_seen_and_nothing_that_is_touched(world: str, robo
     assert one.light_intensity.tolist() != other.light_intensity.tolist()
 
 
+@pytest.mark.quick_cases("annex")
 @pytest.mark.parametrize("world", pictured_worlds)
 def test_pictures_change_what_is_seen_and_nothing_else(world: str) -> None:
     one, other = (built(world, LIGHTS[0], pictured).spec.compile() for pictured in (True, False))
@@ -113,6 +114,7 @@ def test_pictures_change_what_is_seen_and_nothing_else(world: str) -> None:
     assert {one.geom(geom).name for geom in range(one.ngeom)} == {other.geom(geom).name for geom in range(other.ngeom)}
 
 
+@pytest.mark.quick_cases("annex")
 @pytest.mark.parametrize("world", pictured_worlds)
 def test_the_same_seed_draws_the_same_pictures(world: str) -> None:
     once, again = built(world, LIGHTS[0], pictured=True), built_again(world, pictured=True)
@@ -153,6 +155,7 @@ def test_the_quick_drives_are_some_of_all() -> None:
     assert {tuple(param.values) for param in routes()} > QUICK
 
 
+@pytest.mark.quick_cases("laboratory-forward-robuter")
 @pytest.mark.parametrize(("world", "route", "robot"), list(routes()))
 def test_every_route_can_be_driven_to_its_end_without_touching_a_thing(world: str, route: str, robot: str) -> None:
     place = built(world, LIGHTS[0])
@@ -168,6 +171,7 @@ def test_every_route_can_be_driven_to_its_end_without_touching_a_thing(world: st
     assert touched == {"floor"}, "a robot touches the floor with its wheels, and nothing else"
 
 
+@pytest.mark.quick_cases("hallway-robuter", "offices-robuter")
 @pytest.mark.parametrize(
     ("world", "robot"),
     [

@@ -63,6 +63,9 @@ def checked(name: str, **made_with: Any) -> None:
         env.close()
 
 
+@pytest.mark.quick_cases(
+    "refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0", "refseq/ReachPlaceTwist-v0", "refseq/MissionTwist-v0"
+)
 @every_id
 def test_the_same_seed_and_actions_are_the_same_episode_again_of_numbers_within_bounds(name: str) -> None:
     env = gym.make(name)
@@ -78,6 +81,7 @@ def test_the_same_seed_and_actions_are_the_same_episode_again_of_numbers_within_
     env.close()
 
 
+@pytest.mark.quick_cases("refseq/CrossDoorTwist-v0", "refseq/FollowCorridor-v0", "refseq/ReachPlaceTwist-v0")
 @every_id
 def test_it_is_made_again_from_what_its_spec_says_as_json(name: str) -> None:
     env = gym.make(name, belief="places")

@@ -78,6 +78,9 @@ class Watched:
         return math.hypot(*joint.qvel[:2])
 
 
+@pytest.mark.quick_cases(
+    "0.5-0.0-robuter", "0.5--0.2-segway_rmp", "1.0-0.0-robuter", "1.0-0.0-segway_rmp", "1.0-0.15-robuter"
+)
 @every_robot
 @pytest.mark.parametrize("aside", [-0.2, 0.0, 0.15])
 @pytest.mark.parametrize("share", [0.5, 1.0])
@@ -93,6 +96,7 @@ def test_it_stops_before_somebody_who_stands_in_its_way(name: str, aside: float,
         assert 0.15 < gap < 1.5, "it comes near enough to be of use"
 
 
+@pytest.mark.quick_cases("robuter")
 @every_robot
 def test_it_goes_on_when_the_way_is_free_again(name: str) -> None:
     walker = PERSON.format(aside=0.0) + "walk = [[6.0, 0.9]]\nspeed = 0.1\n"

@@ -42,6 +42,7 @@ def test_what_falls(found: Outcome, told: str) -> None:
     assert (judged(found) or "").startswith(told)
 
 
+@pytest.mark.slow
 def test_the_real_command_line(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_text("no log at all\n")
     found = run(["log", "convert", "a.log", "b.tum"], tmp_path)

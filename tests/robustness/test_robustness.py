@@ -17,6 +17,9 @@ from tests.robustness.table import as_json, command, markdown, read_rows
 ATTACKS = attacks()
 
 
+@pytest.mark.slow_cases(
+    "crowd", "full-record", "guest-floods", "kill-learn", "kill-record", "map-bomb", "orphans", "stalled-viewer"
+)
 @pytest.mark.parametrize("name", ATTACKS)
 def test_survives(name, tmp_path):
     row = run(ATTACKS[name], ATTACKS[name].short, 0, tmp_path)

@@ -104,6 +104,7 @@ def test_the_walls_close_the_floor_off() -> None:
     assert enclosing(PLAN) == PLAN.wall
 
 
+@pytest.mark.slow
 def test_nothing_stands_in_anything_else_and_a_body_1_3_m_wide_gets_along_every_route() -> None:
     cart = RobotBox("cart", front=0.55, back=0.55, half_width=0.6, height=1.3)  # 5 cm are added on all sides
     one_way = {name: PLAN.routes[name] for name in ("path-a", "path-b", *FOUR)}  # the cart has no front

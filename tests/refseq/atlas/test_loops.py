@@ -88,6 +88,7 @@ def twice(poses: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.flatnonzero(np.tril(near, -10).any(axis=1))
 
 
+@pytest.mark.quick_cases("2-corners0-16", "3-corners1-14")
 @pytest.mark.parametrize(("corners", "back"), [(EIGHT, 16), (RING, 14)])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_path_that_comes_back_to_itself_is_joined_there(corners: Corners, back: int, seed: int) -> None:
@@ -146,6 +147,7 @@ def test_a_person_refuses_a_loop_and_adds_one() -> None:
     assert pairs.tolist() == [[0, 60], [1, 61], [2, 62], [3, 63], [4, 64]]
 
 
+@pytest.mark.slow
 def test_loops_stay_when_maps_are_merged_in_any_order_and_later() -> None:
     other = map_of(((30, 16), (40, 16), (40, 0), (20, 0), (20, 16), (10, 16)), 5, "other")
     one, two = (merge_maps(maps).map for maps in ([map_of(EIGHT), other], [other, map_of(EIGHT)]))

@@ -114,6 +114,7 @@ def test_a_name_that_is_in_the_atlas_already_is_told() -> None:
         merge_maps([atlas, *named_maps(["there"], [TOWN.learnt([("C", 0, 20)], 2, BEST)])])
 
 
+@pytest.mark.quick_cases("best")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_paths_that_do_not_meet_stay_as_they_are(profile: Profile) -> None:
     walks = [TOWN.learnt([(name, 0, 30)], n, profile) for n, name in enumerate("ACE")]
@@ -122,6 +123,7 @@ def test_paths_that_do_not_meet_stay_as_they_are(profile: Profile) -> None:
     assert_same(merged.map, beside(named_maps(["a", "c", "e"], walks)))
 
 
+@pytest.mark.quick_cases("best")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_sequence_within_another_takes_the_middle_out_of_it(profile: Profile) -> None:
     walks = {"long": TOWN.learnt(B, 1, profile), "short": TOWN.learnt([("B", 5, 25)], 2, profile)}
@@ -148,6 +150,7 @@ def test_one_sequence_is_an_atlas_and_none_is_not() -> None:
         merge_maps(named_maps([], []))
 
 
+@pytest.mark.slow
 def test_three_in_a_ring_are_joined_two_by_two() -> None:
     legs: dict[str, list[Leg]] = {
         "x": [("A", 0, 25), ("B", 0, 25)],
@@ -175,6 +178,7 @@ def test_adding_one_later_joins_what_merging_all_at_once_joins() -> None:
     assert_true(later.map, walks)
 
 
+@pytest.mark.slow
 def test_the_order_of_maps_does_not_matter() -> None:
     """All orders of three maps, of which two are equally long."""
     ways: dict[str, list[Leg]] = {

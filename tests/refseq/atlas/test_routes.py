@@ -179,6 +179,7 @@ def test_a_route_crosses_over_where_paths_are_joined() -> None:
         routed(town, "other:0", "one:10")
 
 
+@pytest.mark.slow
 def test_a_ring_of_three_is_driven_one_way_round() -> None:
     ring = merged(
         x=[("A", 0, 25), ("B", 0, 25)],

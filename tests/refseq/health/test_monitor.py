@@ -190,6 +190,7 @@ def alcoves(seed: int) -> list[Wall]:
     return walls
 
 
+@pytest.mark.quick_cases("0.25-0.5", "1.0-0.0", "0.5-0.7")
 @pytest.mark.parametrize(
     ("step", "failed"), [(0.25, 0.0), (0.5, 0.0), (1.0, 0.0), (0.25, 0.5), (0.5, 0.3), (0.5, 0.5), (0.5, 0.7)]
 )

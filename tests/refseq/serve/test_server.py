@@ -182,6 +182,7 @@ def test_a_fault_of_the_server_is_told_and_the_next_robot_is_served(
     check_equal(answers, offline(serving.map, serving.query))
 
 
+@pytest.mark.slow
 def test_a_program_serves_a_robot_that_speaks_as_ros_does(tmp_path: Path) -> None:
     drive, options = RobotDrive(seconds=6.0), PairingOptions(leading="camera", tolerance=0.04)
     setup = RosSetup(mounts=False, truth=None)

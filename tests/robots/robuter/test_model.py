@@ -148,6 +148,7 @@ def test_a_wall_stops_it() -> None:
     assert driven.data.warning.number.sum() == 0
 
 
+@pytest.mark.slow
 def test_twenty_metres_of_slalom_converge_with_the_time_step() -> None:
     ends = {}
     for timestep in (0.001, 0.002, 0.004):

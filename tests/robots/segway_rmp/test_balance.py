@@ -15,6 +15,7 @@ from tests.robots.balancing import Machine
 STAND = Twist()
 
 
+@pytest.mark.slow
 def test_it_holds_its_place_for_a_minute_with_noise_and_bias() -> None:
     track = Machine(inertial=InertialModel(), seed=1).go(60.0, STAND).since(0.0)
     assert np.abs(track[:, 1:3]).max() < 0.02

@@ -120,6 +120,7 @@ def test_no_command_makes_it_turn_faster_than_half_g(speed: float, turn: float) 
 BOX: Boxes = (((3.0, 0.0, 0.5), (0.1, 0.3, 0.5)),)
 
 
+@pytest.mark.quick_cases("0.3-segway_rmp", "1.0-segway_rmp-tractor")
 @BOTH
 @pytest.mark.parametrize("speed", [0.3, 1.0])
 def test_it_stops_before_a_box(name: str, speed: float) -> None:

@@ -351,6 +351,7 @@ def views_in(log: Path) -> int:
     return len(read_recording(log).views)
 
 
+@pytest.mark.slow_cases("real-merge")
 @pytest.mark.skipif(data() is None, reason=f"no folder of real recordings in {DATA}")
 @pytest.mark.parametrize("name", [name for name in names() if name.startswith("real-")])
 def test_the_stretches_of_real_logs_are_there_and_do_not_overlap(name: str) -> None:

@@ -94,6 +94,7 @@ def test_a_larger_map_is_written_beside(refseq: Refseq, here: Path) -> None:
     assert (here / "same.refseq").read_bytes() == (here / "new.refseq").read_bytes()
 
 
+@pytest.mark.slow
 def test_what_was_added_to_a_merged_map_alone_is_not_lost_in_a_merge(refseq: Refseq, here: Path) -> None:
     assert refseq("map", "merge", "map.refseq", "-o", "whole.refseq").code == 0
     assert refseq("map", "add", "whole.refseq", "later.mcap").code == 0

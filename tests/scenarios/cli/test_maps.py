@@ -152,6 +152,7 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     assert len(Map.load(here / "apart.refseq")) == 56
 
 
+@pytest.mark.slow
 def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Path) -> None:
     words = ["map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq"]
     assert refseq(*words, "--write-decisions", "joins.toml").code == 0
@@ -167,6 +168,7 @@ def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Pat
     assert (kept.first, kept.second) == (ruling.first, ruling.second)
 
 
+@pytest.mark.slow
 def test_a_join_of_ones_own_is_taken_again_from_the_file_that_tells_of_it(refseq: Refseq, here: Path) -> None:
     """Its stretches differ in length, and it names the later map first."""
     write_decisions(here / "own.toml", [Decision("east", "west", (20, 26), (0, 8), (0, 0), True, BY_A_PERSON)])
@@ -237,6 +239,7 @@ def held(file: Path) -> dict[tuple[str, int], tuple[str, int]]:
     return dict(zip(views, (views[holder] for holder in map_.held_by.tolist()), strict=True))
 
 
+@pytest.mark.slow
 def test_an_atlas_of_one_grows_to_what_is_merged_at_once(refseq: Refseq, here: Path) -> None:
     refseq("map", "merge", "west.refseq", "-o", "whole.refseq")
     assert refseq("map", "merge", "whole.refseq", "east.refseq", "-o", "larger.refseq").code == 0
@@ -397,6 +400,7 @@ def test_the_order_of_the_maps_does_not_matter_to_decisions(refseq: Refseq, here
     )
 
 
+@pytest.mark.slow
 def test_what_a_person_says_is_taken_and_what_speaks_against_it_told(refseq: Refseq, here: Path) -> None:
     """Views 16 to 27 of the west are 0 to 11 of the east; a person says that 18 to 27 are 18 to 27."""
     answer = decided(refseq, here, "west east", join("west", "east", (18, 27), (18, 27)))
@@ -423,6 +427,7 @@ def test_a_stretch_is_not_joined_to_one_of_another_length(refseq: Refseq, here: 
     assert not (here / "by-hand.refseq").exists()
 
 
+@pytest.mark.slow
 def test_what_a_person_refuses_is_not_made_one_by_the_machines_joins(refseq: Refseq, here: Path, third: Path) -> None:
     (here / "by-hand.refseq").unlink(missing_ok=True)
     answer = decided(refseq, here, "west east middle", join("west", "middle", (12, 27), (2, 17), joined=False))
@@ -431,6 +436,7 @@ def test_what_a_person_refuses_is_not_made_one_by_the_machines_joins(refseq: Ref
     assert not (here / "by-hand.refseq").exists()
 
 
+@pytest.mark.slow
 def test_parts_that_nothing_joins_are_told(refseq: Refseq, here: Path) -> None:
     answer = decided(refseq, here, "west east", join("west", "east", (16, 27), (0, 11), joined=False))
     assert answer.err == "note: 2 parts that share no place, no route leads from one to another: west; east\n"

@@ -82,6 +82,7 @@ def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: P
     assert not (tmp_path / "other.rrd").exists()
 
 
+@pytest.mark.slow
 def test_who_is_not_told_where_he_begins_fails_by_the_odometer_alone(refseq: Refseq, here: Path) -> None:
     """He takes the third door for the second one, and that is not open."""
     answer = refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--by-odometry", "--start", "7")

@@ -171,6 +171,7 @@ def test_robots_do_what_they_should(command: Command, name: str) -> None:
     assert answer.code == 0, answer.out
 
 
+@pytest.mark.slow
 def test_umbmark_tells_its_figures_and_draws_them(command: Command, tmp_path: Path) -> None:
     answer = command("umbmark robuter --runs 1 --side 0.5 -o squares.png")
     assert answer.code == 0

@@ -182,6 +182,7 @@ def stop_at(count: int, error: BaseException) -> Progress:
     return progress
 
 
+@pytest.mark.quick_cases("StuckError-mcap", "KeyboardInterrupt-rosbag2")
 @pytest.mark.parametrize("form", DriveFormat)
 @pytest.mark.parametrize("error", [KeyboardInterrupt, StuckError])
 def test_a_drive_that_ends_before_its_time_lies_beside_the_older_one_and_says_so(

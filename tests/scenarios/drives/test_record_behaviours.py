@@ -51,6 +51,7 @@ def test_a_drive_by_behaviours_tells_of_them(drive: Drive, tmp_path: Path) -> No
     assert learn(led.views).paths[0].annotations.behaviours == led_behaviours(led.views)
 
 
+@pytest.mark.slow
 def test_the_same_seed_is_the_same_drive(drive: Drive, tmp_path: Path) -> None:
     one, same, other = (
         record(replace(drive, seed=seed), tmp_path / f"{number}.mcap").views for number, seed in enumerate((1, 1, 2))

@@ -59,6 +59,7 @@ def pixels(uri: str) -> NDArray[np.uint8]:
     return np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), np.uint8)
 
 
+@pytest.mark.quick_cases("given0")
 @pytest.mark.parametrize("given", [["drives"], ["drives/west.mcap", "drives/east.mcap"]])
 def test_pictures_of_both_views_stand_side_by_side(
     refseq: Refseq, here: Path, browser: Browser, given: list[str]

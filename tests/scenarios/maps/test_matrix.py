@@ -87,6 +87,7 @@ def test_what_was_never_seen_is_no_top_feature() -> None:
     assert [one.name for one in found] == ["walls/laser 1"]
 
 
+@pytest.mark.slow
 def test_tables_of_a_large_map_keep_within_80_columns() -> None:
     words = np.arange(45_000)[:, None] % 40 == np.arange(40)
     wide = packed(sift_camera=words, boundary_laser=np.eye(40), walls_laser=np.eye(40))
@@ -148,6 +149,7 @@ def test_the_picture_is_black_where_features_were_seen(tmp_path: Path) -> None:
     assert (panel < 10).mean() == pytest.approx(0.5, abs=0.01)
 
 
+@pytest.mark.slow_cases("pdf")
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_a_picture_is_written_in_one_step_and_the_same_each_time(tmp_path: Path, ending: str) -> None:
     one, two = tmp_path / f"one.{ending}", tmp_path / f"two.{ending}"

@@ -36,6 +36,7 @@ def test_a_drive_that_sees_what_was_learnt_is_told_from_all_others(profile: Prof
     assert {one.states for one in terms.paths} == {one.states for one in found.paths}
 
 
+@pytest.mark.quick_cases("thesis")
 @pytest.mark.parametrize("profile", ["thesis", "best"])
 def test_a_robot_that_stands_is_no_surer_of_its_path(profile: str) -> None:
     """Of a map that counts a stand once, a view seen three times more tells nothing new."""

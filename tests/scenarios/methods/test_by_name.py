@@ -49,6 +49,7 @@ def test_where_the_laser_is_alone_the_baselines_are_those_that_answer_to_it(
     assert written_out(["vlad"], [LASER]) == ("vlad",)  # who names one is told by it
 
 
+@pytest.mark.slow
 def test_answers_are_those_of_each_method_alone(drives: tuple[list[View], list[View]]) -> None:
     reference, query = drives
     wanted = ("topometric", "thesis/chain", "vlad", "thesis/uniform")

@@ -148,6 +148,7 @@ def test_same_input_gives_the_same_bytes(text: str, runs: list[Comparison], tmp_
     assert (tmp_path / "again.html").read_text() == text
 
 
+@pytest.mark.slow
 def test_full_size_report_stays_small(tmp_path: Path) -> None:
     text = written(tmp_path, corridor_comparison(0), corridor_comparison(1, count=COUNT, size=48, name="late evening"))
     assert len(text.encode()) < 4_000_000

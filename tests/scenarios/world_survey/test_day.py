@@ -112,6 +112,7 @@ def test_no_place_is_left_out_where_there_are_more_than_colours() -> None:
     assert [len(axes.lines) for axes in day_curve("day", many).axes] == [9, 9]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")
 def test_the_same_hour_is_found_again_and_a_night_without_lamps_is_not(tmp_path: Path) -> None:
     (tmp_path / "room.toml").write_text(SMALL.format(top=ROOM, end=""))

@@ -9,6 +9,7 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.errors import WorldsError
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
 def test_the_first_view_takes_longer_than_a_picture():
     rate = frame_rate(Drive(world="lamp", renderer=RendererKind.CLASSIC))

@@ -66,6 +66,7 @@ def test_it_carries_on_along_a_way_beside_it(room: World, robot: str) -> None:
     assert not done.touched
 
 
+@pytest.mark.quick_cases("3-0.5-90-robuter", "-1.5--0.3-None-segway_rmp")
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize(("x", "y", "heading"), [(3, 0.5, 90), (-1.5, -0.3, None)])
 def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, heading: float | None) -> None:

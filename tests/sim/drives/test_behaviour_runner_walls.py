@@ -34,6 +34,7 @@ def keeps_its_distance(world: World, robot: str, side: str, distance: float, len
 
 
 # Thirty metres take a minute of simulated time each: two of the twelve are run always, along half of that.
+@pytest.mark.quick_cases("segway_rmp-right-0.8")
 @pytest.mark.parametrize(("robot", "side", "distance"), [("robuter", "left", 0.5), ("segway_rmp", "right", 0.8)])
 def test_it_keeps_its_distance_from_a_wall(robot: str, side: str, distance: float) -> None:
     keeps_its_distance(corridor(SHORTER), robot, side, distance, SHORTER)

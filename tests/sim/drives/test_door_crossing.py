@@ -40,6 +40,7 @@ def through(crossing: Crossing, name: str) -> bool:
     return crossing.good and crossing.end.x - robots.load(name).shape.behind > THICK
 
 
+@pytest.mark.quick_cases("other-hinge-robuter", "square-segway_rmp")
 @every_robot
 @pytest.mark.parametrize(
     ("door", "corners"),

@@ -38,6 +38,7 @@ def test_where_nothing_is_near_there_is_nothing_to_orient_to() -> None:
     assert done.ended.why == "nothing to orient to within 2 m"
 
 
+@pytest.mark.quick_cases("segway_rmp")
 @pytest.mark.parametrize("robot", ["robuter", "segway_rmp"])
 def test_a_box_on_the_line_to_a_set_point_is_passed_and_the_line_taken_up_again(robot: str) -> None:
     done = behaved(corridor(14, BOX.format(x=6.0, y=0.3)), robot, "MA:8,0", (2.0, 0.0, 0.0))

@@ -123,6 +123,7 @@ def test_views_are_taken_where_the_robot_turns(corridor: World) -> None:
     assert all(limit <= turn <= limit + one_period for turn in turns)
 
 
+@pytest.mark.quick_cases("0.6", "1.24")
 @pytest.mark.parametrize("every", [0.2, 0.6, 1.0, 1.24])
 def test_views_come_at_even_times(corridor: World, every: float) -> None:
     times = [one.view.time for one in taken_in(corridor, Trigger(distance=None, time=every))]
@@ -156,6 +157,7 @@ def test_a_recording_gives_back_what_the_robot_sensed(corridor: World, tmp_path:
         assert (view.truth.x, view.truth.y) == (one.view.truth.x, one.view.truth.y)
 
 
+@pytest.mark.quick_cases("10.0-10.0")
 @pytest.mark.parametrize(("timeout", "gave_up"), [(10.0, 10.0), (PATIENCE, STANDSTILL)])
 def test_a_robot_that_is_stuck_is_told(corridor: World, timeout: float, gave_up: float) -> None:
     """At the latest when it has stood for two minutes: the time that it drove, some 5 s, comes on top."""

@@ -32,6 +32,7 @@ def test_it_goes_by_two_ids_with_its_limit_in_steps_of_each_kind(ids: tuple[str,
     assert [gym.spec(name).max_episode_steps for name in ids] == [30, 150]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
 def test_gymnasium_has_nothing_to_say_against_it(ids: tuple[str, ...]) -> None:
     with warnings.catch_warnings():

@@ -114,6 +114,7 @@ def test_it_ends_where_the_sonar_reads_less(bare: World, near: int, speed: int) 
     assert ended.stages[0].why.startswith("sonar 1 reads")
 
 
+@pytest.mark.quick_cases("1-1")
 @pytest.mark.parametrize(("side", "sign"), [(1, 1), (2, -1)])
 def test_it_goes_beside_the_wall_of_its_side(bare: World, side: int, sign: int) -> None:
     """The walls are at y = ±1.2 m; it comes from the middle and a little aslant."""
@@ -167,6 +168,7 @@ def test_a_stage_that_never_ends_runs_out_of_time(bare: World) -> None:
     assert ended.time == pytest.approx(3.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_stray_reading_ends_nothing(bare: World) -> None:
     """Every fortieth reading is any length: between 0.15 and 10.67 m; alone it would end half of the ways."""
     settings = replace(PERFECT, sonar=replace(PERFECT.sonar, random=0.025))

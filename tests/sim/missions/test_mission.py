@@ -154,6 +154,7 @@ def test_no_motion_between_views_is_lost(there: tuple[DrivenMission, list[View],
     assert all(view.time in times for view in called)
 
 
+@pytest.mark.slow
 def test_the_same_mission_is_the_same_bit_for_bit(offices: World, learnt: Map) -> None:
     plan = compiled(parse_mission("[LI6]"), path_along(learnt))
     one, same, other = (run(offices, plan, learnt, seed=seed) for seed in (5, 5, 6))

@@ -134,6 +134,7 @@ def share_is(count: int, of: int, strength: float) -> bool:
     return abs(count - strength * of) <= 4.0 * math.sqrt(of * strength * (1.0 - strength)) + 0.5
 
 
+@pytest.mark.quick_cases("0.15", "0.5")
 @pytest.mark.parametrize("strength", [0.15, 0.5, 0.8])
 def test_strength_is_the_share_of_things_that_change(strength: float) -> None:
     change, runs = Change(doors=strength, bins=strength, furniture=strength), range(20)

@@ -81,6 +81,7 @@ def card_luminances(world: World) -> dict[str, float]:
     return {name.removeprefix("at "): float(seen.mean()) for name, seen in pictures(spec, (32, 24)).items()}
 
 
+@pytest.mark.quick_cases("13:00")
 @pytest.mark.parametrize("light", ["13:00", "13:00,cloud=1", "17:30,cloud=0.4"])
 def test_white_cards_that_face_all_ways_have_the_meters_luminance(light: str) -> None:
     seen = card_luminances(lit(light))

@@ -119,6 +119,7 @@ def test_a_grown_map_is_the_same_when_read_again(grown: Grown, tmp_path) -> None
         np.testing.assert_array_equal(one.places, other.places)
 
 
+@pytest.mark.slow
 def test_the_least_used_experience_makes_room(map_: Map) -> None:
     rules = GrowthSettings(most=2)
     larger, sizes = map_, []

@@ -81,12 +81,14 @@ def test_the_slope_is_that_of_least_squares_under_a_normal_prior(map_: Map, slop
     assert estimator.scale == pytest.approx(expected if clear else 1.0, abs=1e-9)
 
 
+@pytest.mark.quick_cases("0.75", "1.3")
 @pytest.mark.parametrize("scale", [0.75, 0.9, 1.1, 1.3])
 def test_a_drive_tells_its_scale(map_: Map, scale: float) -> None:
     found = chain(map_, scaled(drive(7), scale))[-1].odometer_scale
     assert scale * found == pytest.approx(1.0, abs=0.04)
 
 
+@pytest.mark.quick_cases("1.3")
 @pytest.mark.parametrize("scale", [0.75, 1.3])
 def test_a_drive_of_another_scale_is_found_better_by_it(map_: Map, plain: Map, scale: float) -> None:
     """Past the first metres the mean of the belief lies nearer to the robot."""
@@ -107,6 +109,7 @@ def test_an_odometer_that_is_right_is_believed_and_changes_no_bit(map_: Map, pla
             assert one.odometer_scale == other.odometer_scale == 1.0
 
 
+@pytest.mark.slow
 def test_single_views_and_the_prior_believe_the_odometer(map_: Map, plain: Map) -> None:
     views = scaled(drive(7), 1.3)
     for stage in (Stage.UNIFORM, Stage.PRIOR):

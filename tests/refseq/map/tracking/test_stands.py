@@ -109,6 +109,7 @@ def close(one: Belief, other: Belief) -> None:
     assert one.lost == pytest.approx(other.lost, abs=1e-9)
 
 
+@pytest.mark.quick_cases("chain")
 @pytest.mark.parametrize("stage", Stage)
 def test_a_standing_robot_is_as_sure_after_ten_views_as_after_one(stage: Stage) -> None:
     map_ = learn(REFERENCE, profile=ONCE)

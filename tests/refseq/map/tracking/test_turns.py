@@ -54,12 +54,14 @@ def test_who_goes_straight_on_is_said_to_have_left_the_path(maps: tuple[Map, Map
     assert (asking > without)[CORNER + 2 : -1].all()
 
 
+@pytest.mark.quick_cases("one path")
 def test_who_takes_the_corner_is_believed_as_before(maps: tuple[Map, Map]) -> None:
     without, asking = (answers(map_, ROUND) for map_ in maps)
     assert lost(asking).max() <= lost(without).max() + 0.05
     assert [one.best for one in asking] == [one.best for one in without]
 
 
+@pytest.mark.quick_cases("one path")
 def test_a_drive_begins_with_nothing_behind_it(maps: tuple[Map, Map]) -> None:
     localiser = Localiser(maps[1])
     first = [localiser.update(view) for view in STRAIGHT]
@@ -68,12 +70,14 @@ def test_a_drive_begins_with_nothing_behind_it(maps: tuple[Map, Map]) -> None:
     np.testing.assert_array_equal(lost(first), lost(again))
 
 
+@pytest.mark.quick_cases("one path")
 def test_an_odometer_that_nobody_read_tells_of_no_turn(maps: tuple[Map, Map]) -> None:
     blind = [replace(view, has_odometry=False, distance=0.0, turn=0.0) for view in STRAIGHT]
     without, asking = (lost(answers(map_, blind)) for map_ in maps)
     np.testing.assert_array_equal(without, asking)
 
 
+@pytest.mark.slow
 def test_single_views_and_the_prior_ask_nothing() -> None:
     stages = (Stage.UNIFORM, Stage.PRIOR)
     without, asking = (localise(learnt(turns), STRAIGHT, stages=stages) for turns in (0, 20))

@@ -129,6 +129,7 @@ def test_after_a_reset_nothing_is_usual(maps: tuple[Map, Map]) -> None:
     assert lost(again).tolist() == lost(chain(maps[1], ELSEWHERE[:5])).tolist()
 
 
+@pytest.mark.slow
 def test_the_views_of_a_stand_are_one(maps: tuple[Map, Map]) -> None:
     """However long it stands at one place: what is usual is that of the drive."""
     stand = [replace(LATER[12], distance=0.0, turn=0.0) for _ in range(150)]

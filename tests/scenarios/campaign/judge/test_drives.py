@@ -39,6 +39,7 @@ def test_tolerances_are_those_declared(folder: Path) -> None:
     assert [(one.distance, one.heading) for one in tolerances(case)] == [(2.0, math.pi / 4), (0.25, math.pi / 4)]
 
 
+@pytest.mark.slow
 def test_what_a_method_cost_is_what_its_own_task_took(folder: Path) -> None:
     (case,) = made_cases(folder, methods='["thesis/chain", "vlad"]')
     store = Store(folder / "store")

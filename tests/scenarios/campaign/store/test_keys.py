@@ -201,6 +201,7 @@ def test_recordings_follow_what_writes_them_and_no_reader() -> None:
     assert not {"rosbags", "mcap", "av", "networkx"} & set(found.versions)
 
 
+@pytest.mark.slow
 def test_every_file_that_is_reached_counts(
     made: Mapping[str, Closure], key_makers: Mapping[str, Callable[[], object]]
 ) -> None:
@@ -232,6 +233,7 @@ def ran(logs: Path, tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, li
     return dict(json.loads(ended.stdout.splitlines()[-1]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", traced.CLOSURES)
 def test_all_code_that_runs_is_in_the_closure(kind: str, ran: Mapping[str, list[str]]) -> None:
     modules, alone = traced.CLOSURES[kind]

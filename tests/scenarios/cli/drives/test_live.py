@@ -45,6 +45,7 @@ def here(desk: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 LIVE = ("live", "map.refseq", "small.toml")
 
 
+@pytest.mark.quick_cases("led0")
 @pytest.mark.parametrize("led", [("--distance", "0.3"), ("--distance", "0.3", "--script", "keys.txt")])
 def test_beliefs_on_the_way_are_those_of_the_recording(here: Path, refseq: Refseq, led: tuple[str, ...]) -> None:
     answer = refseq(*LIVE, *led, "--rrd", "live.rrd", "--recording", "q.mcap", "-o", "live.parquet")

@@ -261,6 +261,7 @@ def blind(unseen: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return unseen
 
 
+@pytest.mark.quick_cases("seen-unseen-the query drive has no true poses")
 @pytest.mark.parametrize(
     ("map_", "drive", "missing"),
     [

@@ -66,6 +66,7 @@ def test_evo_finds_the_error_that_we_find(desk: Path, learnt: Path, refseq: Refs
     assert ape.get_statistic(metrics.StatisticsType.rmse) == pytest.approx(ours, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_programs_of_evo_run_on_our_files(desk: Path, learnt: Path, refseq: Refseq) -> None:
     for form in ("tum", "kitti"):
         assert refseq("localise", learnt, desk / "later.log", "-o", desk / "e.parquet", "--trajectory", form).code == 0

@@ -195,6 +195,7 @@ def test_a_browser_is_served_until_interrupted(desk: Path) -> None:
         assert (serving.returncode, said[1]) == (0, "")
 
 
+@pytest.mark.quick_cases("9")
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_no_page_outlives_the_command_that_serves_it(desk: Path, how: signal.Signals) -> None:
     with serving_page(desk) as (serving, page):

@@ -38,6 +38,7 @@ slow = pytest.mark.slow
 MISSIONS = ["[LD]", pytest.param("[LI5MT270]", marks=slow), pytest.param("[LD_LDMC]", marks=slow)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mission", MISSIONS)
 def test_the_executor_carries_missions_out_and_is_paid_for_the_way(mission: str) -> None:
     env = gym.make("refseq/Mission-v0", mission=mission)

@@ -96,6 +96,7 @@ def test_the_paths_return_albedo_times_illuminance_over_pi() -> None:
     np.testing.assert_allclose(found, 1000 * np.cos(angle) * ALBEDO / np.pi, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_baked_light_is_that_of_paths() -> None:
     paths, shown = traced("offices", "16:00", 24)
     found = likeness(seen_in("offices", "16:00", RendererKind.BAKED), paths, shown)
