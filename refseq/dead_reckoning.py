@@ -10,6 +10,12 @@ from refseq.planar import Pose, after_motion
 from refseq.view import View
 
 
+def reckoned_poses(views: Sequence[View], start: Pose | None = None) -> list[Pose]:
+    """Pose of each view, at least one, by the motions up to it, headings not wrapped; the first is at ``start``."""
+    begin = start or Pose(0.0, 0.0, 0.0)
+    return list(accumulate(views[1:], lambda at, view: after_motion(at, view.distance, view.turn), initial=begin))
+
+
 def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:
     """Poses of views by their odometry, (K, 3): x, y [m] and heading [rad]; (0, 3) without any.
 
@@ -17,6 +23,4 @@ def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[n
     """
     if not any(view.distance or view.turn for view in views[1:]):
         return np.zeros((0, 3))
-    begin = start or Pose(0.0, 0.0, 0.0)
-    poses = accumulate(views[1:], lambda pose, view: after_motion(pose, view.distance, view.turn), initial=begin)
-    return np.array([(pose.x, pose.y, pose.heading) for pose in poses])
+    return np.array([(pose.x, pose.y, pose.heading) for pose in reckoned_poses(views, start)])

@@ -68,25 +68,35 @@ def merge_maps(
     added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
     own = [merging.wish(wish) for wish in added]
     found, verdicts = merging.found_beside(*merging.judged(found, wishes, own))
-    decided = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
-    told = [confirm(wished(decision, wishes)) for decision in decided]
-    a_persons = [
-        one.joined and (one.joined is not its.joined or wished(its, wishes) is not its)
-        for one, its in zip(told, decided, strict=True)
+    told = [
+        _Told.of(one, merging.decision(one, verdict), confirm, wishes)
+        for one, verdict in zip(found, verdicts, strict=True)
     ]
-    found += own
-    told += [replace(wish, lengths=merging.lengths(wish)) for wish in added]
-    a_persons += [True] * len(own)
-    joined = [one for one, decision in zip(found, told, strict=True) if decision.joined]
-    strained = merging.strained(joined)
-    against = [
-        decision for one, decision, own in zip(found, told, a_persons, strict=True) if own and _among(one, strained)
+    told += [
+        _Told(one, replace(wish, lengths=merging.lengths(wish)), by_person=True)
+        for one, wish in zip(own, added, strict=True)
     ]
-    return Merged(merging.map(joined), tuple(told), tuple(found), tuple(against))
+    joined = [one.found for one in told if one.decision.joined]
+    strained = {id(one) for one in merging.strained(joined)}
+    against = tuple(one.decision for one in told if one.by_person and id(one.found) in strained)
+    decisions, stretches = tuple(one.decision for one in told), tuple(one.found for one in told)
+    return Merged(merging.map(joined), decisions, stretches, against)
 
 
-def _among(one: FoundOverlap, several: Sequence[FoundOverlap]) -> bool:
-    return any(one is each for each in several)
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What was decided about a stretch; ``by_person`` where a person makes it a join."""
+
+    found: FoundOverlap
+    decision: Decision
+    by_person: bool
+
+    @classmethod
+    def of(cls, found: FoundOverlap, proposed: Decision, confirm: Confirm, wishes: Sequence[Decision]) -> "_Told":
+        """A person's wish, or the answer when asked, goes before what is proposed."""
+        asked = wished(proposed, wishes)
+        decision = confirm(asked)
+        return cls(found, decision, decision.joined and (not proposed.joined or asked is not proposed))
 
 
 def _in_order(found: FoundOverlap) -> tuple[object, ...]:

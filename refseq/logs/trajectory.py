@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from refseq.planar import Pose
+from refseq.pose_graph import wrapped
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,5 @@ def _between(
 ) -> NDArray[np.float64]:
     """Poses a ``share`` (m, 1) of the way from one to the other; exact at both ends."""
     step = after - before
-    turn = np.remainder(step[:, 2] + np.pi, 2 * np.pi) - np.pi
-    moved = before + share * np.column_stack([step[:, :2], turn])
+    moved = before + share * np.column_stack([step[:, :2], wrapped(step[:, 2])])
     return np.where(share == 0, before, np.where(share == 1, after, moved))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.chain.network import Network
+from refseq.pose_graph import wrapped
 
 ALIKE, SPREAD = math.radians(30.0), math.radians(15.0)
 """Ways that bend differently by so much are as good as alike; beyond, the ratio falls as a normal density does."""
@@ -101,6 +102,6 @@ class TurnsBehind:
 
 def log_ratio_of(difference: NDArray[np.float64]) -> NDArray[np.float64]:
     """Log ratio of places whose ways bent differently by so much [rad], from log ``LEAST`` to 0."""
-    apart = np.abs((difference + math.pi) % (2 * math.pi) - math.pi)
+    apart = np.abs(wrapped(difference))
     ratio: NDArray[np.float64] = np.maximum(-0.5 * (np.maximum(apart - ALIKE, 0.0) / SPREAD) ** 2, math.log(LEAST))
     return ratio

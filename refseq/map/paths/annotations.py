@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import reckoned_poses
 from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
 from refseq.map.paths.led import led_behaviours
-from refseq.planar import Pose, after_motion, in_world
+from refseq.planar import in_world
 from refseq.view import View
 
 LANDMARK = DoorSettings(edge=0.04, recess=0.0)
@@ -155,10 +156,9 @@ class _Track:
 
 
 def _doors_in(views: Sequence[View]) -> Iterator[_DoorInView]:
-    pose, along = Pose(0.0, 0.0, 0.0), 0.0
-    for number, view in enumerate(views):
-        if number:
-            pose, along = after_motion(pose, view.distance, view.turn), along + abs(view.distance)
+    along = 0.0
+    for number, (view, pose) in enumerate(zip(views, reckoned_poses(views), strict=True)):
+        along += abs(view.distance) if number else 0.0
         for door in find_doors(view.scan, LANDMARK) if view.scan is not None else ():
             side = _side(door)
             if side is not None and door.distance < NEAR:

@@ -7,14 +7,15 @@ about itself or on the arc on which the person did. So a path that was led once 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import reckoned_poses
 from refseq.features.walls import WallSettings, find_lines
 from refseq.map.paths.legs import Leg, legs_of
-from refseq.planar import Pose, after_motion, wrap
+from refseq.planar import Pose, wrap
 from refseq.view import Scan, View
 
 LEAST_TURN = math.radians(3)
@@ -62,9 +63,7 @@ def led_behaviours(views: Sequence[View]) -> tuple[str, ...]:
     along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
     if len(views) < 2 or not along[-1] > 0:
         return ()
-    poses = list(
-        accumulate(views[1:], lambda at, view: after_motion(at, view.distance, view.turn), initial=Pose(0.0, 0.0, 0.0))
-    )
+    poses = reckoned_poses(views)
     legs = legs_of(poses, along)
     walls = [_walls(leg, views, poses, along) for leg in legs]
     told: list[list[str]] = [[] for _ in views]
