@@ -70,6 +70,21 @@ def test_threads_and_forked_children_share_one_output() -> None:
     assert sorted(told.splitlines()) == ["child", "end", "one", "three", "two"]
 
 
+def test_of_threads_that_print_at_once_no_line_is_lost_or_told_twice() -> None:
+    told = printed("""
+        def work():
+            for n in range(2000):
+                with dropping_lines(b"noise"):
+                    libc.puts(b"noise" * 50)
+                    if n % 100 == 1:
+                        libc.puts(b"told")
+        threads = [threading.Thread(target=work) for _ in range(4)]
+        [thread.start() for thread in threads], [thread.join() for thread in threads]
+        libc.fflush(None)
+    """)
+    assert told.splitlines() == ["told"] * 80
+
+
 def test_a_closed_standard_output_is_no_error() -> None:
     program = PRELUDE + "\nwith dropping_lines(b'noise'):\n    libc.puts(b'noise')\n    libc.puts(b'more')\n"
     done = subprocess.run(
