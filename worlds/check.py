@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import LightSetting
-from refseq_bench.worlds.plans.schema import TABLES, FloorPlan
+from refseq_bench.worlds.plans.areas import enclosing
+from refseq_bench.worlds.plans.schema import TABLES, FloorPlan, Wall
 
 TOLERANCE = 0.01
 """Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""
@@ -65,11 +66,34 @@ def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox]
     solids = _solids(model)
     things = _plan_items(plan)
     findings = (
+        *_open_ends(plan),
         *_missing(model, things),
         *_overlapping(model, plan, things, solids),
         *(line for robot in robots for line in _blocked(spec, plan, things, robot)),
     )
     return Checkup(findings, seconds, mujoco.mj_sizeModel(model) / 1e6, model.ngeom, len(solids))
+
+
+# --- is the building closed? ---
+
+
+def _open_ends(plan: FloorPlan) -> Iterator[str]:
+    """Find ends of walls up to the ceiling that meet no other one, where such walls do not enclose an area."""
+    walls = [wall for wall in plan.wall if wall.height is None]
+    if plan.ceiling is None or enclosing(plan):
+        return
+    for wall in walls:
+        others = [other for other in walls if other is not wall]
+        for x, y in (wall.start, wall.end):
+            if all(_from_wall((x, y), other) > TOLERANCE for other in others):
+                yield f"wall '{wall.name}' meets no other one at x {x:.2f}, y {y:.2f}: the building is open there"
+
+
+def _from_wall(point: tuple[float, float], wall: Wall) -> float:
+    """Distance of a point from the inner face of a wall, to its ends [m]."""
+    way, to = np.subtract(wall.end, wall.start), np.subtract(point, wall.start)
+    share = np.clip(to @ way / (way @ way), 0.0, 1.0)
+    return float(np.linalg.norm(to - share * way))
 
 
 # --- whose is a geom? ---

@@ -69,6 +69,10 @@ class RobotSession:
         if options.leading is not None and options.leading not in {*self._sensors, *options.names}:
             valid = ", ".join(sorted(self._sensors))
             raise RefseqError(f"leading sensor {options.leading!r} is none of the map; valid are {valid}")
+        for topic, name in options.names.items():
+            if name not in map_.sensors:
+                valid = ", ".join(sorted(map_.sensors))
+                raise RefseqError(f"topic {topic}: {name!r} is no sensor of the map; valid are {valid}")
         self._distance = spacing(map_) if options.distance is None else options.distance
         self._channels: dict[int, RobotChannel] = {}
         self._stream: ViewStream | None = None

@@ -148,8 +148,10 @@ class PluginLocaliser:
         self._guest = Guest(_code(name), self._limits)
         self._most = 2 * 8 * self._places  # places and lost_after
         hello = {"protocol": PROTOCOL, "places": self._places, "seed": SEED}
-        answer = self._asked("being imported", packed(Kind.HELLO, hello), Kind.HELLO, self._limits.start)
+        begun = "being started" if is_program(name) else "being imported"
+        answer = self._asked(begun, packed(Kind.HELLO, hello), Kind.HELLO, self._limits.start)
         self._sensors, self._tells_cost = self._capabilities(answer)
+        self._check_sighted(frozenset().union(*(view.sensors for view in reference)))
         where = "learning the reference drive"
         deadline = time.monotonic() + self._limits.learn
         for number, view in enumerate(reference):
@@ -207,6 +209,15 @@ class PluginLocaliser:
             if sensors is not None and not (isinstance(sensors, list) and all(isinstance(one, str) for one in sensors)):
                 raise WireError(f"wants sensors {sensors!r:.40}; valid is a list of names")
         return None if sensors is None else frozenset(sensors), answer.header.get("cost") is True
+
+    def _check_sighted(self, there: frozenset[str]) -> None:
+        """Raise for a localiser that would see nothing, as it wants none of the sensors that are there."""
+        if self._sensors is not None and self._sensors and not self._sensors & there:
+            with self._guarded("hello"):
+                wanted = ", ".join(sorted(self._sensors))
+                raise WireError(
+                    f"wants sensors {wanted:.60}, none of which is there; valid are {', '.join(sorted(there))}"
+                )
 
     @contextmanager
     def _guarded(self, where: str) -> Iterator[None]:

@@ -10,6 +10,8 @@ from refseq_bench.scenarios.errors import ScenarioError
 ENTRY = "localiser"
 """Name of the program in a folder, which may hold what else it reads."""
 STARTS = ("./", "../", "/")
+SCRIPT, BINARY = b"#!", b"\x7fELF"
+"""Programs begin so that the system can start."""
 
 
 def is_program(name: str) -> bool:
@@ -25,6 +27,12 @@ def check_program(name: str) -> None:
         raise ScenarioError(f"localiser {name!r}: there is no such program; valid is an executable file{hint}")
     if not os.access(program, os.X_OK):
         raise ScenarioError(f"localiser {name!r}: {program} is not executable; valid is a program (chmod +x)")
+    with program.open("rb") as file:
+        if file.read(4)[:2] not in (SCRIPT, BINARY[:2]):
+            raise ScenarioError(
+                f"localiser {name!r}: {program} is no program: its first line tells no interpreter; valid is a binary, "
+                "or a script that begins as #!/usr/bin/env python3"
+            )
 
 
 def program_of(name: str) -> Path:

@@ -35,6 +35,8 @@ from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.missions.mission import EVERY
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.drawing.outline import outline_of
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,8 @@ class MissionTrip:
         for name, given in (("world", world), ("light", light), ("robot", robot)):
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
+        if world is None:
+            _check_known(told["world"])
         looks = (map_.sensors != {LASER} and not odometry) or strip is not None or seeks
         kind = renderer or (told.get("renderer", DEFAULT_RENDERER) if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
@@ -92,6 +96,17 @@ class MissionTrip:
         if strip is not None and drive.renderer is RendererKind.NONE:
             raise ScenarioError("a strip needs a renderer; valid are --renderer baked, filament, classic")
         return cls(drive, at, odometry, strip)
+
+
+def _check_known(world: str) -> None:
+    """Raise ``ScenarioError`` where the bench has no world of the name that a map tells."""
+    try:
+        load_plan(world)
+    except PlanError:
+        raise ScenarioError(
+            f"the map was learnt in world {world!r:.60}, which is not the bench's own; valid is to name its plan: "
+            "--world FILE.toml"
+        ) from None
 
 
 @dataclass(frozen=True)

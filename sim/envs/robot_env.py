@@ -3,6 +3,7 @@
 import inspect
 import math
 from collections.abc import Generator, Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
@@ -21,7 +22,7 @@ from refseq_bench.sim.drives.chase_camera import ChaseCamera
 from refseq_bench.sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
 from refseq_bench.sim.envs.episodes.episode import BenchEpisode, EpisodeSetting, ground_of
 from refseq_bench.sim.envs.episodes.localising import familiar
-from refseq_bench.sim.envs.episodes.observations import IMAGE, Arrays, Known, Sensing
+from refseq_bench.sim.envs.episodes.observations import BELIEFS, IMAGE, SUMMARY, Arrays, Known, Sensing
 from refseq_bench.sim.envs.episodes.pixels import square_camera
 from refseq_bench.sim.envs.tasks.by_name import made_task
 from refseq_bench.sim.envs.tasks.task import Judgement, Task
@@ -70,7 +71,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
     def __init__(
         self,
         task: str | type[Task],
-        world: str | Sequence[str],
+        world: str | Path | Sequence[str | Path],
         *,
         route: str = "forward",
         actions: str = "behaviours",
@@ -78,7 +79,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         light: str = "16:00",
         cameras: Sequence[str] = (),
         pixels: int | None = None,
-        belief: str = "summary",
+        belief: str = SUMMARY,
         renderer: str = DEFAULT_RENDERER,
         render_mode: str | None = None,
         **asked: Any,
@@ -127,6 +128,8 @@ class RobotEnv(gym.Env[Arrays, Any]):
         return ByBehaviour(self._task.behaviours, description_of(self._robot))
 
     def _observations(self, belief: str) -> Sensing:
+        if self._map is None and belief in BELIEFS and belief != SUMMARY:
+            raise SimError(f"belief {belief!r} is not valid for a task without a map, in which nobody localises")
         return Sensing(
             sonars=len(self._robot.sonars),
             max_range=self._settings.laser.mode.max_range,
@@ -315,9 +318,9 @@ def _keywords() -> tuple[str, ...]:
     return ("world", *(one.name for one in parameters if one.kind is inspect.Parameter.KEYWORD_ONLY))
 
 
-def _checked_worlds(world: str | Sequence[str], route: str, task: Task) -> tuple[str, ...]:
+def _checked_worlds(world: str | Path | Sequence[str | Path], route: str, task: Task) -> tuple[str, ...]:
     """The names of the worlds; raises ``SimError`` where one of them or its route is unknown."""
-    names = (world,) if isinstance(world, str) else tuple(world)
+    names = tuple(map(str, (world,) if isinstance(world, str | Path) else world))
     if not names or (task.mapped and len(names) > 1):
         most = "one world, as there is one map" if task.mapped else "one or more"
         raise SimError(f"world {list(names)} is not valid for this task: valid is {most}")

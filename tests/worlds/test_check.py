@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -15,7 +16,21 @@ METAL = "\n[material.metal]\nalbedo = 0.4\nroughness = 0.5\n"
 
 
 def checked(text: str, robot: RobotBox = ROBOT) -> Checkup:
-    return check_world(parse_plan(text), LIGHT, [robot])
+    """What is found in a plan, besides that its corridor is open at the ends."""
+    checkup = check_world(parse_plan(text), LIGHT, [robot])
+    return replace(checkup, findings=tuple(one for one in checkup.findings if "the building is open" not in one))
+
+
+def test_a_wall_that_meets_no_other_leaves_the_building_open(small: Text) -> None:
+    ends = SECOND_WALL + SECOND_WALL.replace("end]", "far]").replace('"end"', '"far"').replace("[8,", "[0,").replace(
+        '"left"', '"right"'
+    )
+    assert check_world(parse_plan(small(end=ends)), LIGHT).findings == ()
+    shorter = ends.replace("end = [0, 1.2]", "end = [0, 1.1]")
+    assert check_world(parse_plan(small(end=shorter)), LIGHT).findings == (
+        "wall 'left' meets no other one at x 0.00, y 1.20: the building is open there",
+        "wall 'far' meets no other one at x 0.00, y 1.10: the building is open there",
+    )
 
 
 def test_an_empty_corridor_has_nothing_to_find(small: Text) -> None:

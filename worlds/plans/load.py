@@ -35,7 +35,7 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
     """
     path = Path(name_or_path)
     if path.suffix == ".toml":
-        return parse_plan(_read(path), path.name)
+        return parse_plan(_read(path), str(name_or_path))
     if made := re.fullmatch(r"(corridor|building):(\d{1,18})(?:,(.*))?", str(name_or_path), re.ASCII):
         make = corridor if made[1] == "corridor" else building
         return make(int(made[2]), AS_DRAWN if made[3] is None else parse_dials(made[3], str(name_or_path)))
@@ -107,6 +107,10 @@ def _valid_words(found: ErrorDetails) -> str:
             return f"a list of {told['min_length']} or more"
         case "too_long":
             return f"a list of {told['max_length']} at most"
+        case "tuple_type" if isinstance(found["input"], dict):
+            return f"one of several tables: [[{found['loc'][-1]}]] in place of [{found['loc'][-1]}]"
+        case "tuple_type":
+            return "a list in brackets"
         case "string_pattern_mismatch":
             return "letters, digits, points, dashes and underscores, a letter or digit first"
     reason = found["msg"].removeprefix("Input should be ").removeprefix("String should ")

@@ -1,7 +1,8 @@
 """Rules that a floor plan keeps beyond its schema: its parts fit together, and each broken rule is one line."""
 
+import math
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ LONGEST_WALL = 500.0
 """Longest wall [m]: the light that a world's surfaces throw on each other is worked out by patches, all with all."""
 
 
+FLAT = 1e-9
+"""Two walls that span a smaller area between them [m²] are taken for parallel."""
 BESIDE = 0.01
 """So far from a wall's face one stands on one side of it [m]."""
 HIGHEST_CEILING = 50.0
@@ -52,11 +55,13 @@ def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _without_bounds(plan)
     yield from _flat_walls(plan)
     yield from _wrong_heights(plan)
+    yield from _crossing_walls(plan)
     yield from _turned_round(plan)
     for key, item in _listed(plan, ON_WALL):
         yield from _off_its_wall(plan, key, item)
     yield from _windows_inside(plan)
     yield from _overlaps(plan)
+    yield from _no_ways(plan)
     yield from _outside(plan)
     yield from _misfit_furniture(plan)
     yield from _hemmed_in(plan)
@@ -104,6 +109,44 @@ def _without_bounds(plan: FloorPlan) -> Iterator[str]:
         yield "wall: missing; a plan with a ceiling needs at least one wall"
     elif not all(np.less(*plan.bounds)):
         yield f"floor.area: {short(plan.floor.area)} is not valid; it should be two opposite corners"
+
+
+def _crossing_walls(plan: FloorPlan) -> Iterator[str]:
+    """Find walls up to the ceiling that go through each other, as those of rooms do that are laid over each other."""
+    walls = [(i, wall) for i, wall in enumerate(plan.wall) if wall.height is None and plan.ceiling is not None]
+    for (_, wall), (i, other) in combinations(walls, 2):
+        at = _crossing(wall, other)
+        if at is not None:
+            yield (
+                f"wall[{i}]: wall '{other.name}' goes through wall '{wall.name}' at {at}; valid are walls that meet at "
+                "their ends: an outline about rooms that overlap"
+            )
+
+
+def _crossing(one: Wall, other: Wall) -> list[float] | None:
+    """Where two walls cross, farther than ``BESIDE`` from the ends of both; None where they do not."""
+    way, across, between = (
+        np.subtract(one.end, one.start),
+        np.subtract(other.end, other.start),
+        np.subtract(other.start, one.start),
+    )
+    if abs(area := float(np.linalg.det([way, across]))) < FLAT:
+        return None
+    shares = np.linalg.det([between, across]) / area, np.linalg.det([between, way]) / area
+    for share, wall in zip(shares, (one, other), strict=True):
+        if not BESIDE < share * wall.length < wall.length - BESIDE:
+            return None
+    return [round(float(value), 2) for value in np.add(one.start, shares[0] * way)]
+
+
+def _no_ways(plan: FloorPlan) -> Iterator[str]:
+    """Find routes along which nobody comes anywhere, and a plan that has none."""
+    if not plan.routes:
+        yield "routes: it holds none; valid is one at least, as forward = [[x, y], [x, y]]"
+    for name, points in plan.routes.items():
+        for i, (before, point) in enumerate(pairwise(points), 1):
+            if math.dist(before, point) < BESIDE:
+                yield f"routes.{name}[{i}]: {list(point)} is the point before it; valid are points apart"
 
 
 def _turned_round(plan: FloorPlan) -> Iterator[str]:

@@ -19,6 +19,7 @@ FARTHEST = 1e4
 Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
 Length = Annotated[float, Field(strict=True, gt=0.0, le=FARTHEST)]
 Height = Annotated[float, Field(strict=True, ge=0.0, le=FARTHEST)]
+Kelvin = Annotated[float, Field(strict=True, ge=1000.0, le=20_000.0)]
 Share = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Point = tuple[Number, Number]
@@ -288,7 +289,7 @@ class Post(Standing):
 
     height: Length = 5.0
     lumen: Length = 6000.0
-    kelvin: Length = 2700.0
+    kelvin: Kelvin = 2700.0
     switch: Literal["dusk", "always"] = "dusk"
 
 
@@ -342,7 +343,7 @@ class LampRow(_PlanTable):
     count: Count
     size: tuple[Length, Length] = (1.2, 0.3)
     lumen: Length
-    kelvin: Length = 4000.0
+    kelvin: Kelvin = 4000.0
     switch: Literal["dusk", "always"] = "dusk"
 
     @property

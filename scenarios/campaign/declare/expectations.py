@@ -101,6 +101,8 @@ class _ExpectationParser:
         wanted = self.known[figure].unit
         if unit is not None and not (unit == wanted or (wanted is Unit.VIEWS and unit == "view")):
             raise ScenarioError(f"{self.text!r}: {figure} is not told in {unit}; valid is {wanted.value}")
+        if wanted in (Unit.VIEWS, Unit.METRES, Unit.MILLISECONDS) and number < 0:
+            raise ScenarioError(f"{self.text!r}: {figure} is never below 0; valid is 0 or more")
         if wanted is not Unit.SHARE:
             return number
         share = number / 100 if unit else number
@@ -134,8 +136,13 @@ def _factor(text: str, number: float, unit: str | None) -> float:
 def as_text(expectation: Expectation) -> str:
     """An expectation written out: ``parse`` makes the same of it."""
     right = expectation.right
-    bound = f"{right.factor!r} * {_term_as_text(right)}" if isinstance(right, Term) else repr(right)
-    return f"{_term_as_text(expectation.left)} {expectation.relation} {bound} over {expectation.seeds} seeds"
+    bound = _scaled_as_text(right) if isinstance(right, Term) else repr(right)
+    over = f" over {expectation.seeds} seeds" if expectation.seeds > 1 else ""
+    return f"{_term_as_text(expectation.left)} {expectation.relation} {bound}{over}"
+
+
+def _scaled_as_text(term: Term) -> str:
+    return _term_as_text(term) if term.factor == 1 else f"{term.factor!r} * {_term_as_text(term)}"
 
 
 def _term_as_text(term: Term) -> str:

@@ -9,9 +9,9 @@ decides (``refseq_bench.scenarios.campaign.declare.expectations``).
 
 from abc import abstractmethod
 from dataclasses import fields
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from refseq.map.extractors import FEATURES
 from refseq_bench.scenarios.campaign.declare.assignment import ODOMETRY
@@ -219,6 +219,14 @@ class ScoreTable(Table):
     within: Positive = 1.5
     narrow: Positive = 0.5
     heading: Positive = 30.0
+
+    @model_validator(mode="after")
+    def _narrower(self) -> Self:
+        if self.narrow > self.within:
+            raise ValueError(
+                f"narrow = {self.narrow:g} is wider than within = {self.within:g}; valid is less, or as much"
+            )
+        return self
 
 
 class LimitsTable(Table):

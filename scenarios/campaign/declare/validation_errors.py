@@ -28,11 +28,18 @@ def first_error(error: ValidationError, model: type[Declared]) -> str:
         return f"{where}: {'kind ' if first['type'] != 'missing' else ''}is missing"
     if first["type"] == "union_tag_invalid":
         return f"{where}: kind {context['tag']!r} is unknown; valid are {context['expected_tags']}"
+    if first["type"] == "tuple_type":
+        return f"{where} = {_told(first['input'])} is not valid; it should be a list in brackets"
+    if first["type"] == "too_short":
+        return f"{where} holds too little; it should be a list of {context['min_length']} or more"
     if first["type"] == "value_error":
         return f"{where}: {context['error']}"
-    given = repr(first["input"])
-    told = given if len(given) <= LONGEST else given[:LONGEST] + "..."
-    return f"{where} = {told} is not valid: {first['msg'][0].lower()}{first['msg'][1:]}"
+    return f"{where} = {_told(first['input'])} is not valid: {first['msg'][0].lower()}{first['msg'][1:]}"
+
+
+def _told(value: object) -> str:
+    given = repr(value)
+    return given if len(given) <= LONGEST else given[:LONGEST] + "..."
 
 
 def _written(loc: Location) -> str:

@@ -15,6 +15,12 @@ OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
 )
 
 
+def _too_few(seeds: int, asked: int) -> str:
+    if not seeds:
+        return "no seed was run to its end"
+    return f"{seeds} seed{'s' * (seeds > 1)} of the {asked} that it asks for {'were' if seeds > 1 else 'was'} run"
+
+
 def judge(
     expectation: Expectation,
     found: Mapping[str, Any],
@@ -29,7 +35,7 @@ def judge(
     """
     text = expectation.text
     if seeds < expectation.seeds:
-        return JudgementRecord(text=text, met=None, reason=f"{seeds} of {expectation.seeds} seeds were run")
+        return JudgementRecord(text=text, met=None, reason=_too_few(seeds, expectation.seeds))
     whole = about(expectation, judged)
     away = [name for name in whole.methods if name not in found]
     if away:

@@ -122,8 +122,9 @@ def _unknown_command(name: str, words: Sequence[str], known: Collection[str]) ->
 
 
 def _nearest(word: str, known: Collection[str]) -> str:
-    near = get_close_matches(word[:80], known, 1)  # of long words it takes long
-    return f"the nearest is {near[0]!r}" if near else f"valid are {', '.join(known)}"
+    by_letters = {one.lstrip("-"): one for one in known}  # dashes are alike in all options
+    near = get_close_matches(word.lstrip("-")[:80], by_letters, 1)  # of long words it takes long
+    return f"the nearest is {by_letters[near[0]]!r}" if near else f"valid are {', '.join(known)}"
 
 
 def asks_for_help(error: Any) -> bool:

@@ -186,12 +186,20 @@ def belief_message(belief: Belief) -> list[memoryview]:
     return packed(Kind.BELIEF, header, [np.ascontiguousarray(one, "<f8") for one in told])
 
 
+BELIEF_KEYS = frozenset(
+    ("type", "places", "lost", "lost_after", "best", "path", "entropy", "odometer_scale", "timings")
+) | {"pose", "covariance"}
+"""All that the header of a belief may hold."""
+
+
 def belief_of(message: GuestMessage, places: int) -> Belief:
     """The belief of so many ``places`` in a message, unchecked; what it leaves out follows from its places.
 
     Raises ``WireError`` where the payload is not so long as it should be.
     """
     header = message.header
+    if unknown := sorted(header.keys() - BELIEF_KEYS):
+        raise WireError(f"answered a belief with {unknown[0]!r:.40}; valid are {', '.join(sorted(BELIEF_KEYS))}")
     if (precision := header.get("places")) not in PRECISIONS:
         raise WireError(f"places are {precision!r:.40}; valid are {' and '.join(PRECISIONS)}")
     dtype = np.dtype(precision).newbyteorder("<")

@@ -186,9 +186,10 @@ def _caption(failure: Failure, run: Comparison) -> str:
     seed = run.query_metadata.get("seed")
     where = f"query view {failure.view}" + (f" of seed {seed}" if seed is not None else "")
     row = f" The worst of {failure.views} such views in a row." if failure.views > 1 else ""
+    away = f"{failure.apart:.1f} m away in a straight line, P(lost) {failure.lost:.2f}"
     what = {
-        Outcome.WRONG: f"{where}: wrong by {failure.apart:.1f} m, P(lost) {failure.lost:.2f}.",
-        Outcome.FALSE_FIX: f"{where}: false fix, {failure.apart:.1f} m away, P(lost) {failure.lost:.2f}.",
+        Outcome.WRONG: f"{where}: wrong, {away}.",
+        Outcome.FALSE_FIX: f"{where}: false fix, {away}.",
         Outcome.MISSED: f"{where}: missed, says lost with {failure.lost:.2f}.",
     }[failure.outcome]
     return what + row

@@ -19,7 +19,9 @@ from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.sensors.beams import BEAMS
 from refseq_bench.sim.sensors.sonar import SonarModel
 
-BELIEFS = ("summary", "places")
+SUMMARY = "summary"
+"""The form of belief that is told unless another is asked for."""
+BELIEFS = (SUMMARY, "places")
 """Forms that a belief is given in."""
 FASTEST = np.array([3.0, 6.0, 3.0, 3.0, math.pi], np.float32)
 """Odometry is cut off at these [m/s, rad/s, m, m, rad]: three times what any robot is let, by choice."""
@@ -63,7 +65,7 @@ class Sensing:
         cameras: Sequence[str] = (),
         image: tuple[int, int] = IMAGE,
         places: int | None = None,
-        belief: str = "summary",
+        belief: str = SUMMARY,
         goal: bool = False,
         behaviours: int = 0,
     ) -> None:
@@ -79,7 +81,7 @@ class Sensing:
         if sonars:
             parts["sonar"] = spaces.Box(0.0, self._farthest, (sonars,), np.float32)
         if places is not None:
-            parts["belief"] = spaces.Box(0.0, 1.0, (5 if belief == "summary" else places + 1,), np.float32)
+            parts["belief"] = spaces.Box(0.0, 1.0, (5 if belief == SUMMARY else places + 1,), np.float32)
         if goal:
             parts["goal"] = spaces.Box(-1.0, 1.0, (2,), np.float32)
         if behaviours:
@@ -114,7 +116,7 @@ class Sensing:
             seen["sonar"] = ranges(heard, self._farthest)
         if belief is not None:
             held, known = belief
-            seen["belief"] = summary(held) if self._belief == "summary" else by_place(held)
+            seen["belief"] = summary(held) if self._belief == SUMMARY else by_place(held)
             if known.goal is not None:
                 seen["goal"] = goal(held, known)
             if self._behaviours:

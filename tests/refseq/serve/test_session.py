@@ -221,3 +221,9 @@ def test_views_are_as_far_apart_as_the_map_s_places(map_: Map) -> None:
         replace(view, distance=2 * view.distance) for view in corridor_drive(np.random.default_rng(0), 3, size=120)
     ]
     assert spacing(learn(wider)) == pytest.approx(1.7)
+
+
+def test_a_topic_is_named_as_a_sensor_of_the_map(map_: Map) -> None:
+    with pytest.raises(RefseqError) as caught:
+        RobotSession(map_, ServeOptions(names={"/scan": "lazer"}))
+    assert str(caught.value) == "topic /scan: 'lazer' is no sensor of the map; valid are forward, laser, lateral"

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -72,11 +73,18 @@ def test_the_template_is_about_forty_lines() -> None:
         ),
         ("./empty", "there is no such program; valid is an executable file: empty/localiser"),
         ("./text", "text is not executable; valid is a program (chmod +x)"),
+        (
+            "./script",
+            "script is no program: its first line tells no interpreter; valid is a binary, or a script that begins as "
+            "#!/usr/bin/env python3",
+        ),
     ],
 )
 def test_what_is_no_program_is_told_before_anything_runs(here: Path, name: str, told: str) -> None:
     (here / "empty").mkdir()
     (here / "text").write_text("x")
+    (here / "script").write_text("print('hello')\n")
+    (here / "script").chmod(0o755)
     assert is_plugin(name)
     with pytest.raises(ScenarioError) as caught:
         check_methods(["vlad", name])
@@ -88,19 +96,64 @@ def test_a_file_that_is_no_program_fails_alone(here: Path, views: list[View]) ->
     (here / "text").chmod(0o755)
     found = answers_of_each(["./text", "hamming"], views, views)
     assert list(found.beliefs) == ["hamming"]
-    assert str(found.failures["./text"]).startswith("./text, being imported: the localiser ended with code")
+    assert str(found.failures["./text"]).startswith("./text, being started: the localiser ended with code")
     assert "Exec format error" in found.failures["./text"].said
 
 
 def test_a_digest_follows_the_program_and_what_lies_in_its_folder(here: Path) -> None:
     for name in ("./one/localiser", "./one"):
         (here / "one").mkdir(exist_ok=True)
-        (here / "one/localiser").write_bytes(b"1")
+        (here / "one/localiser").write_bytes(b"#!1")
         (here / "one/localiser").chmod(0o755)
         before = plugin_digest(name)
         (here / "one/weights.bin").write_bytes(b"2")
         assert (plugin_digest(name) != before) == (name == "./one")
         before = plugin_digest(name)
-        (here / "one/localiser").write_bytes(b"3")
+        (here / "one/localiser").write_bytes(b"#!3")
         assert plugin_digest(name) != before
         (here / "one/weights.bin").unlink()
+
+
+GUEST = """#!{python}
+import json, struct, sys
+
+def told(header, payload=b""):
+    text = json.dumps(header).encode()
+    sys.stdout.buffer.write(struct.pack("<II", len(text), len(payload)) + text + payload)
+    sys.stdout.buffer.flush()
+
+while prefix := sys.stdin.buffer.read(8):
+    header, payload = struct.unpack("<II", prefix)
+    asked = json.loads(sys.stdin.buffer.read(header))
+    sys.stdin.buffer.read(payload)
+    if asked["type"] == "hello":
+        places = asked["places"]
+        told({{"type": "hello", "protocol": 1, "sensors": {sensors}}})
+    elif asked["type"] == "localise":
+        belief = {{"type": "belief", "places": "float32"}} | {more}
+        told(belief, struct.pack(f"<{{places}}f", *[1 / places] * places))
+    elif asked["type"] != "learn":
+        told({{"type": "ok"}})
+"""
+
+
+@pytest.mark.parametrize(
+    ("sensors", "more", "mistake"),
+    [
+        ('["laser"]', "{}", ""),
+        ('["lidar"]', "{}", "hello: wants sensors lidar, none of which is there; valid are forward, laser, lateral"),
+        (
+            '["laser"]',
+            '{"lots": 0.2}',
+            "view 0: answered a belief with 'lots'; valid are best, covariance, entropy, lost, lost_after, "
+            "odometer_scale, path, places, pose, timings, type",
+        ),
+    ],
+)
+def test_what_a_program_means_otherwise_is_told(
+    here: Path, views: list[View], sensors: str, more: str, mistake: str
+) -> None:
+    (here / "mine").write_text(GUEST.format(python=sys.executable, sensors=sensors, more=more))
+    (here / "mine").chmod(0o755)
+    failures = answers_of_each(["./mine"], views, views).failures
+    assert [str(failure) for failure in failures.values()] == ([f"./mine, {mistake}"] if mistake else [])

@@ -62,6 +62,14 @@ def test_what_the_map_does_not_tell_must_be_said(name: str) -> None:
     assert getattr(MissionTrip.from_map(map_, **given).drive, name) == "annex"
 
 
+def test_a_map_of_a_world_of_one_s_own_asks_for_its_plan() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        MissionTrip.from_map(learnt(TOLD | {"world": "abbey"}, laser=True))
+    whose = "the map was learnt in world 'abbey', which is not the bench's own"
+    assert str(caught.value) == f"{whose}; valid is to name its plan: --world FILE.toml"
+    assert MissionTrip.from_map(learnt(TOLD | {"world": "abbey"}, laser=True), world="abbey.toml").drive.world
+
+
 def test_renderers_that_are_none_and_strips_without_one_are_told() -> None:
     map_ = learnt(TOLD, laser=True)
     with pytest.raises(ScenarioError, match="renderer 'crayon' is unknown; valid are "):

@@ -202,6 +202,38 @@ def test_a_wall_that_looks_out_of_the_building(small: Text) -> None:
     )
 
 
+def test_walls_of_rooms_that_overlap_go_through_each_other(small: Text) -> None:
+    room = [((3, 0), (6, 0)), ((6, 0), (6, 4)), ((6, 4), (3, 4)), ((3, 4), (3, 0))]
+    walls = "".join(
+        f'[[wall]]\nname = "r{i}"\nstart = {list(start)}\nend = {list(end)}\n'
+        + 'inside = "left"\nmaterial = "plaster"\n'
+        for i, (start, end) in enumerate(room)
+    )
+    assert message(small(end=walls)) == (
+        "plan.toml: wall[3]: wall 'r1' goes through wall 'left' at [6.0, 1.2]; valid are walls that meet at their ends: "
+        "an outline about rooms that overlap"
+    )
+
+
+@pytest.mark.parametrize(
+    ("routes", "said"),
+    [
+        ("", "routes: it holds none; valid is one at least, as forward = [[x, y], [x, y]]"),
+        (
+            "forward = [[1, 0], [1, 0]]",
+            "routes.forward[1]: [1.0, 0.0] is the point before it; valid are points apart",
+        ),
+    ],
+)
+def test_a_route_leads_somewhere(small: Text, routes: str, said: str) -> None:
+    assert message(small().replace("forward = [[1, 0], [7, 0]]", routes)) == f"plan.toml: {said}"
+
+
+def test_one_table_in_place_of_several(small: Text) -> None:
+    said = message(small(end='[board]\nname = "b"\n'))
+    assert said.endswith("it should be one of several tables: [[board]] in place of [board]")
+
+
 def test_a_ceiling_in_centimetres(small: Text) -> None:
     said = message(small().replace("height = 2.8", "height = 280"))
     assert said == "plan.toml: ceiling.height: 280 is not valid; it should be metres, at most 50"

@@ -127,7 +127,10 @@ BAD = {
     ),
     "laser": (GOOD + "laser_range = 20\n", "query.laser_range = 20 is not valid: input should be 8 or 80"),
     "sensor": (GOOD + '[localise]\nsensors = ["nose"]\n', "reference: sensor 'nose' is not on robot 'robuter'; valid"),
-    "no sensor": (GOOD + "[localise]\nsensors = []\n", "localise.sensors = [] is not valid"),
+    "no sensor": (
+        GOOD + "[localise]\nsensors = []\n",
+        "localise.sensors holds too little; it should be a list of 1 or more",
+    ),
     "nothing to see": (GOOD + '[localise]\nsensors = ["camera-1"]\n', "reference: renderer 'none' takes no images"),
     "camera": (GOOD + '[query.cameras]\ncamera-9 = "fire-i"\n', "query: sensor 'camera-9' is not on robot 'robuter'"),
     "camera's model": (GOOD + '[query.cameras]\ncamera-1 = "obscura"\n', "query: unknown camera 'obscura': valid are"),
@@ -173,7 +176,16 @@ BAD = {
         HEAD + "seeds = [1, 2, 1]\n" + BODY,
         "seeds: [1, 2, 1] holds one twice; valid are seeds that differ",
     ),
-    "no seeds": (HEAD + "seeds = []\n" + BODY, "seeds = [] is not valid"),
+    "no seeds": (HEAD + "seeds = []\n" + BODY, "seeds holds too little; it should be a list of 1 or more"),
+    "one seed": (HEAD + "seeds = 2\n" + BODY, "seeds = 2 is not valid; it should be a list in brackets"),
+    "one expectation": (
+        HEAD + 'expect = "success >= 0"\n' + BODY,
+        "expect = 'success >= 0' is not valid; it should be a list in brackets",
+    ),
+    "a narrow tolerance that is wide": (
+        GOOD + "[score]\nwithin = 0.2\nnarrow = 2.0\n",
+        "score: narrow = 2 is wider than within = 0.2; valid is less, or as much",
+    ),
     "a seed below 0": (HEAD + "seeds = [1, -2]\n" + BODY, "seeds.1 = -2 is not valid"),
     "a seed with a fraction": (
         HEAD + "seeds = [1.5]\n" + BODY,
@@ -209,7 +221,10 @@ BAD = {
         GOOD + '[localise]\nlearn.features = ["walls", "smell"]\n',
         "localise.learn.features.1: 'smell' is not valid; it should be one of sift, neural, dense, walls, doors",
     ),
-    "no feature": (GOOD + "[localise]\nlearn.features = []\n", "localise.learn.features = [] is not valid"),
+    "no feature": (
+        GOOD + "[localise]\nlearn.features = []\n",
+        "localise.learn.features holds too little; it should be a list of 1 or more",
+    ),
     "no words": (GOOD + "[localise]\nlearn.words = 0\n", "localise.learn.words = 0 is not valid"),
     "words in per cent": (GOOD + "[localise]\nlearn.words = 50\n", "localise.learn.words = 50 is not valid"),
     "places that are too alike": (

@@ -28,7 +28,7 @@ RIGHT = st.builds(Term, st.sampled_from(sorted(FIGURES)), st.none() | METHODS, N
 @st.composite
 def expectations(draw: st.DrawFn) -> Expectation:
     left = draw(LEFT)
-    number = st.floats(0, 1) if FIGURES[left.figure].unit is Unit.SHARE else NUMBERS
+    number = {Unit.SHARE: st.floats(0, 1), Unit.NONE: NUMBERS}.get(FIGURES[left.figure].unit, NUMBERS.map(abs))
     relation = draw(st.sampled_from([">=", "<=", ">", "<"]))
     one = Expectation("", left, relation, draw(RIGHT | number), draw(st.integers(1, 99)))
     return replace(one, text=as_text(one))
@@ -110,6 +110,7 @@ def test_what_people_write(
         ("success >= 80", "'success >= 80': success is a share; valid is 0 to 1, or 0 % to 100 %"),
         ("success >= 180 %", "'success >= 180 %': success is a share; valid is 0 to 1, or 0 % to 100 %"),
         ("success >= 5 m", "'success >= 5 m': success is not told in m; valid is %"),
+        ("to_recover <= -3 m", "'to_recover <= -3 m': to_recover is never below 0; valid is 0 or more"),
         ("to_lost <= 5 %", "'to_lost <= 5 %': to_lost is not told in %; valid is m"),
         ("to_lost <= 5 ms", "'to_lost <= 5 ms': to_lost is not told in ms; valid is m"),
         ("failures <= 10 %", "'failures <= 10 %': failures is not told in %; valid is views"),
@@ -159,7 +160,9 @@ def test_what_nobody_answered_is_not_judged() -> None:
 
 def test_too_few_seeds_are_not_judged() -> None:
     one = judge(parse("success >= 0 over 5 seeds", "thesis"), found(mine=4), "mine", 4)
-    assert (one.met, one.reason) == (None, "4 of 5 seeds were run")
+    assert (one.met, one.reason) == (None, "4 seeds of the 5 that it asks for were run")
+    none = judge(parse("success >= 0", "thesis"), found(mine=4), "mine", 0)
+    assert (none.met, none.reason) == (None, "no seed was run to its end")
 
 
 def test_a_figure_that_is_not_there_was_not_reached() -> None:
@@ -223,6 +226,6 @@ def test_every_figure_has_a_meaning_and_no_stage_s_ending() -> None:
 
 def test_an_expectation_can_be_made_of_another_method() -> None:
     one = parse("success > success of vlad over 2 seeds", "thesis")
-    assert about(one, "mine").text == "success of mine > 1.0 * success of vlad over 2 seeds"
+    assert about(one, "mine").text == "success of mine > success of vlad over 2 seeds"
     named = parse("success_hmm > 0.5", "thesis")
     assert about(named, "mine") == named

@@ -35,6 +35,7 @@ RECORD = "record hallway -o new.mcap"
         ("recrod hallway", "command 'recrod' is unknown; the nearest is 'record'"),
         ("world paint", "command 'world paint' is unknown; valid are list, show, check, draw, contact-sheet, lux, "),
         (f"{RECORD} --sed 2", "option '--sed' of 'refseq record' is unknown; the nearest is '--seed'"),
+        (f"{RECORD} --end 0", "option '--end' of 'refseq record' is unknown; valid are --"),
         ("robot list --wings", "option '--wings' of 'refseq robot list' is unknown; valid are --json, --help"),
         ("--wings", "option '--wings' is unknown; valid are --version, --help"),
         ("record hallway", "--output FILE of 'refseq record' is missing: Recording to write (.mcap)"),
