@@ -115,10 +115,12 @@ def _around(
     low, high = driven.min(axis=0), driven.max(axis=0)
     if not outline:
         return low, high
-    walls = np.concatenate(list(outline))
-    walls = walls[np.isfinite(walls).all(axis=1)]
-    inside = np.clip(walls, low - SURROUNDINGS, high + SURROUNDINGS)
-    return np.minimum(low, inside.min(axis=0)), np.maximum(high, inside.max(axis=0))
+    near, far = low - SURROUNDINGS, high + SURROUNDINGS
+    for wall in outline:
+        begin, end = np.nanmin(wall, axis=0), np.nanmax(wall, axis=0)
+        if (begin <= far).all() and (end >= near).all():  # else none of it is in sight
+            low, high = np.minimum(low, np.maximum(begin, near)), np.maximum(high, np.minimum(end, far))
+    return low, high
 
 
 def _draw_drives(axes: Axes, reference: NDArray[np.float64], query: NDArray[np.float64]) -> None:

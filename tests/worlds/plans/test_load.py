@@ -210,8 +210,8 @@ def test_walls_of_rooms_that_overlap_go_through_each_other(small: Text) -> None:
         for i, (start, end) in enumerate(room)
     )
     assert message(small(end=walls)) == (
-        "plan.toml: wall[3]: wall 'r1' goes through wall 'left' at [6.0, 1.2]; valid are walls that meet at their ends: "
-        "an outline about rooms that overlap"
+        "plan.toml: wall[3]: wall 'r1' goes through wall 'left' at [6.0, 1.2]; "
+        "valid are walls that meet at their ends: an outline about rooms that overlap"
     )
 
 
