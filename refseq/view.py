@@ -14,6 +14,9 @@ from refseq.same_values import SameValues
 ASSUMED = "assumed"
 """First word of a drive's note ``odometry`` in its metadata where nobody measured the way."""
 
+FASTEST = 30.0
+"""No robot of this kind goes faster [m/s]: where one seems to, its poses are not in metres, or jump."""
+
 LASER = "laser"
 """Name of the laser among a view's sensors; the other names are those of its cameras."""
 

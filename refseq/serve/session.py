@@ -17,10 +17,13 @@ from refseq.map.map import Map
 from refseq.serve.answers import BeliefAnswer, answer_to
 from refseq.serve.channels import RobotChannel, robot_channel
 from refseq.serve.protocol import MOST_CHANNELS, ClientChannel, FoxgloveProtocolError
-from refseq.view import View
+from refseq.view import FASTEST, View
 
 VAIN = f"tells nothing: what should be a pose is {NO_VALUE}"
 """Said of a message that comes to no sample."""
+
+TOO_FAST = "the odometer moves faster than any robot: its poses jump, or are not in metres"
+"""Said of a way between two views that no robot makes."""
 
 SPACING = 0.85
 """Way from view to view where the map does not tell it [m]: that of the bench's own drives."""
@@ -78,6 +81,8 @@ class RobotSession:
         self._stream: ViewStream | None = None
         self._notes: list[str] = []
         self._losses: set[str] = set()
+        self._passed_over: set[int] = set()
+        self._last: View | None = None
         self.views = 0
 
     def advertise(self, channels: Iterable[ClientChannel]) -> None:
@@ -92,6 +97,7 @@ class RobotSession:
                 self._channels[one.number] = robot_channel(one)
             except FoxgloveProtocolError as error:
                 self._notes.append(str(error))
+                self._passed_over.add(one.number)
                 continue
             if self._stream is not None:
                 self._notes.append(f"topic {one.topic}: told of after the first message; it is used in the next drive")
@@ -107,6 +113,8 @@ class RobotSession:
         Raises ``RefseqError`` for a message that is not what its channel says, and for topics that fit no map.
         """
         if number not in self._channels:
+            if number not in self._passed_over:
+                self._tell_once([f"channel {number}: it is not advertised; what comes on it is passed over"])
             return []
         channel = self._channels[number]
         sample = channel.read(data, time.time_ns())
@@ -147,7 +155,7 @@ class RobotSession:
     def restart(self) -> None:
         """Forget the drive."""
         self._localiser.reset()
-        self._stream, self.views = None, 0
+        self._stream, self._last, self.views = None, None, 0
         self._losses.clear()
 
     def told(self) -> list[str]:
@@ -167,6 +175,14 @@ class RobotSession:
         return ViewStream(topics, self._distance, leading=options.leading, tolerance=options.tolerance)
 
     def _answer(self, view: View) -> BeliefAnswer:
+        self._tell_of_units(view)
         belief = self._localiser.update(view)
         self.views += 1
         return answer_to(self._map, self.views - 1, view, belief)
+
+    def _tell_of_units(self, view: View) -> None:
+        """Note, once, an odometer by which the robot is faster than any."""
+        seconds = 0.0 if self._last is None else view.time - self._last.time
+        if view.has_odometry and seconds > 0 and abs(view.distance) > FASTEST * seconds:
+            self._tell_once([TOO_FAST])
+        self._last = view

@@ -6,10 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import View
+from refseq.view import FASTEST, View
 
-FASTEST = 30.0
-"""No robot of this kind goes faster [m/s]."""
 SAME = 0.01
 """Views so near to each other in time tell no speed [s]."""
 JUMP = 3.0

@@ -15,9 +15,10 @@ from refseq.logs import RecordingWriter, read_recording
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
+from refseq.planar import Pose
 from refseq.serve.answers import BeliefAnswer
 from refseq.serve.protocol import MOST_CHANNELS, ClientChannel, FoxgloveProtocolError
-from refseq.serve.session import RobotSession, ServeOptions, spacing
+from refseq.serve.session import TOO_FAST, RobotSession, ServeOptions, spacing
 from tests.refseq.serve.client import Sent, in_log
 from tests.support import corridor_drive
 
@@ -119,7 +120,9 @@ def test_a_clock_that_goes_back_begins_a_drive_that_knows_nothing_of_the_last(
 def test_nothing_comes_of_a_drive_that_has_not_begun(map_: Map) -> None:
     session = RobotSession(map_, EACH)
     assert session.end() == []
-    assert session.take(0, b"of a channel that nobody told of") == []
+    for _ in range(2):
+        assert session.take(7, b"of a channel that nobody told of") == []
+    assert session.told() == ["channel 7: it is not advertised; what comes on it is passed over"]
 
 
 def test_channels_of_other_kinds_and_late_ones_are_told_and_the_forgotten_are_passed_over(map_: Map, log: Path) -> None:
@@ -227,3 +230,13 @@ def test_a_topic_is_named_as_a_sensor_of_the_map(map_: Map) -> None:
     with pytest.raises(RefseqError) as caught:
         RobotSession(map_, ServeOptions(names={"/scan": "lazer"}))
     assert str(caught.value) == "topic /scan: 'lazer' is no sensor of the map; valid are forward, laser, lateral"
+
+
+def test_an_odometer_in_millimetres_is_asked_about_once(map_: Map, tmp_path: Path) -> None:
+    with RecordingWriter(tmp_path / "fast.mcap", {}) as writer:
+        for k, view in enumerate(corridor_drive(np.random.default_rng(2), count=6, size=96)):
+            writer.write(replace(view, images={}), Pose(850.0 * k, 0.0, 0.0))
+    session, messages = RobotSession(map_, EACH), in_log(tmp_path / "fast.mcap")
+    numbers = told_of(session, messages)
+    assert len([*answered(session, numbers, messages), *session.end()]) > 1
+    assert [note for note in session.told() if note == TOO_FAST] == [TOO_FAST]
