@@ -41,10 +41,11 @@ def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequ
 def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> Case:
     scenario = case.scenario
     running = written_out((*(scenario.methods if others is None else others), *judged), scenario.localise.sensors)
-    # Who was judged is named, for it may not run now, and nobody else's figures are to be taken for its.
+    # Who was judged is named, for it may not run now, and nobody else's figures are to be taken for its; so is each of
+    # several localisers.
     meant = judged or (scenario.judged,)
-    first = case.expectations if judged else tuple(about(one, meant[0]) for one in case.expectations)
-    again = [about(one, name) for name in meant[1:] for one in case.expectations]
+    told = [about(one, name) for name in meant for one in case.expectations]
+    expected = case.expectations if len(judged) == 1 else tuple(dict.fromkeys(told))
     localise = scenario.localise.model_copy(
         update={"methods": running, "judged": next(iter(judged), None)},
     )
@@ -53,7 +54,7 @@ def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | Non
     with named(case.name):
         schema_type.check_methods(asked)
         schema_type.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
-    found = replace(case, scenario=asked, expectations=tuple(dict.fromkeys((*first, *again))))
+    found = replace(case, scenario=asked, expectations=expected)
     check_chosen_elsewhere(found)
     return found
 
