@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError, ViewError
 from refseq.limits import BEAMS, METRES, PIXELS
 from refseq.planar import Pose
-from refseq.view import LASER, Scan, View, measures
+from refseq.view import LASER, Scan, View, facing, measures
 
 VALID_IMAGE = "(height, width) of uint8, or (height, width, 3) in the order red, green, blue"
 VALID_RANGES = "(n,) of float32 [m], inf or NaN where nothing came back"
@@ -158,7 +158,7 @@ def _scan(scan: Scan, time: float) -> Scan:
     told = np.where(scan.returned, scan.ranges, np.float32(np.inf))  # as a log is read
     if not np.array_equal(told, scan.ranges):
         scan = replace(scan, ranges=told)
-    return _turned_round(scan) if scan.step < 0 else scan
+    return facing(_turned_round(scan) if scan.step < 0 else scan)
 
 
 def _has_no_beams(scan: object) -> bool:

@@ -21,6 +21,11 @@ def wrap(angle: float) -> float:
     return math.pi - (math.pi - angle) % (2 * math.pi)
 
 
+def wrapped(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same directions, of any shape, in [−π, π) [rad]."""
+    return np.remainder(angles + math.pi, 2 * math.pi) - math.pi
+
+
 def motion_between(before: Pose, after: Pose) -> tuple[float, float]:
     """Distance [m] and turn [rad] from one pose to the next; the distance is negative when the robot reversed.
 

@@ -4,13 +4,14 @@ The relative poses of one odometer may share an unknown scale, as where a wheel'
 for: an error that does not average out over a path.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
+
+from refseq.planar import wrapped
 
 MOST_STEPS, SMALL_STEP = 20, 1e-9
 """Least squares end after so many steps, or with a step that moves no pose by more [m, rad]."""
@@ -91,11 +92,6 @@ def motions_between(start: ArrayLike, end: ArrayLike) -> NDArray[np.float64]:
 def ways_along(track: NDArray[np.float64]) -> NDArray[np.float64]:
     """Way from the first pose of a track (n, 3) to each, (n,) [m]."""
     return np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
-
-
-def wrapped(angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same directions, in [−π, π) [rad]."""
-    return np.remainder(angles + math.pi, 2 * math.pi) - math.pi
 
 
 def best_fit(

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -51,6 +51,24 @@ class Scan(SameValues):
         reach = np.minimum(self.ranges, self.max_range).astype(np.float64)
         points: NDArray[np.float64] = reach[:, None] * np.stack([np.cos(self.bearings), np.sin(self.bearings)], axis=1)
         return points
+
+
+def facing(scan: Scan) -> Scan:
+    """The scan with its middle ahead, within half a turn: all that looks for walls and doors takes it for that.
+
+    A scanner that sees all around may begin anywhere; its scan then begins behind the robot. Beams stay in their order.
+    """
+    count = len(scan.ranges)
+    begin = -math.pi
+    if abs(count * scan.step - 2 * math.pi) > scan.step / 2:
+        middle = scan.start + scan.step * (count - 1) / 2
+        begin = scan.start - 2 * math.pi * round(middle / (2 * math.pi))
+        return scan if begin == scan.start else replace(scan, start=begin)
+    if abs(scan.start - begin) < scan.step:
+        return scan
+    bearings = (scan.bearings - begin) % (2 * math.pi)
+    first = int(np.argmin(bearings))
+    return replace(scan, ranges=np.roll(scan.ranges, -first), start=begin + float(bearings[first]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,8 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.pose_graph import PoseFit, Relations, best_fit, motions_between, moved, ways_along, wrapped
+from refseq.planar import wrapped
+from refseq.pose_graph import PoseFit, Relations, best_fit, motions_between, moved, ways_along
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from refseq.atlas.runs import RunSettings, best_runs
 from refseq.atlas.similarity import Translation, translated
 from refseq.errors import MapError
 from refseq.map.sequence import ReferenceSequence
-from refseq.pose_graph import wrapped
+from refseq.planar import wrapped
 from refseq.view import LASER
 
 SPACING = 1.0

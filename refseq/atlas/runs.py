@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.pose_graph import motions_between, moved, ways_along, wrapped
+from refseq.planar import wrapped
+from refseq.pose_graph import motions_between, moved, ways_along
 
 STEPS = ((1, 1), (1, 2), (2, 1), (2, 2), (2, 3), (3, 2), (3, 3), (3, 4), (4, 3))
 """Places that a run may go on by, on the one and on the other: views are not taken at the same spots, and one of them

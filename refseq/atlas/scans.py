@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.consistency import LaidPairs
-from refseq.pose_graph import motions_between, moved, ways_along, wrapped
+from refseq.planar import wrapped
+from refseq.pose_graph import motions_between, moved, ways_along
 from refseq.scan_matching.walls import ScanWalls
 
 EVERY, SCANS = 5.0, 4

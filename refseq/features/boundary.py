@@ -13,7 +13,7 @@ AREAS = (2.0, 4.0, 8.0)
 LENGTHS = (4.0, 8.0, 16.0)
 """Thresholds of the longest dimension [m]."""
 RATIOS = (1.0, 4.0, 8.0)
-"""Thresholds of longest over shortest; the first is always met, carries nothing, and is kept as the table has it."""
+"""Thresholds of longest over shortest; the first is met where anything came back, and is kept as the table has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Boundary:
 
     @property
     def ratio(self) -> float:
-        """Longest over shortest dimension, at least 1."""
+        """Longest over shortest dimension, at least 1; 0 where nothing came back."""
         return self.longest / max(self.shortest, 1e-6)
 
 

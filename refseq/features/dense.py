@@ -47,7 +47,7 @@ class DenseSettings:
 
 
 class DenseWords(BaseExtractor):
-    """Words of one camera's image, ``columns`` · ``rows`` · ``codes`` of them in every view."""
+    """Words of one camera's image, up to ``columns`` · ``rows`` · ``codes`` of them: a bland patch has none."""
 
     def __init__(self, camera: str, settings: DenseSettings, words: NDArray[np.int64] | None = None) -> None:
         self.key = f"dense/{camera}"

@@ -8,7 +8,7 @@ import numpy as np
 from refseq.fault import CLOCK, ODOMETRY, DeclaredFault, FaultKind
 from refseq.health.change import CERTAIN, MOST, ChangeTest, Moment, bounded
 from refseq.health.pictures import PictureWatch
-from refseq.health.scan_motion import SILENT, STILL, MotionRatios, MotionWatch
+from refseq.health.scan_motion import STILL, MotionRatios, MotionWatch
 from refseq.health.scans import ScanWatch
 from refseq.health.stamps import StampWatch
 from refseq.health.standing import Sight, StandWatch, Step
@@ -142,12 +142,12 @@ class HealthMonitor:
         """Test the laser, and compare its motion with the odometer's."""
         scan = view.scan
         if scan is None:
-            return SILENT
+            return self._motion.update(None, view)
         tests = self._tests[LASER]
         ratios = self._scans.update(scan, way, suspected=tests.suspected(FaultKind.BLIND))
         tests.update(self._now, FaultKind.BLIND, ratios.blind)
         tests.update(self._now, FaultKind.FROZEN, ratios.frozen)
-        return SILENT if ratios.repeated else self._motion.update(scan, view)
+        return self._motion.update(None if ratios.repeated else scan, view)
 
     def _look_at_odometry(self, view: View, motion: MotionRatios, moved: float) -> None:
         """Test the odometer against the laser, or the laser against the odometer where that is ill."""

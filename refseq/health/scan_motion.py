@@ -102,17 +102,30 @@ class MotionWatch:
         self._last: Scan | None = None
         self._begun: Scan | None = None
         self._distance = self._turn = 0.0
+        self._unseen = False
 
-    def update(self, scan: Scan, view: View) -> MotionRatios:
-        """Take the scan of the next view; one that came a short way adds to the next."""
-        last, self._last = self._last, scan
-        if last is None or not measures(view):
-            self._begin(scan)
+    def update(self, scan: Scan | None, view: View) -> MotionRatios:
+        """Take the next view and its scan, None where there is no new one: its way is then part of the next one's.
+
+        A scan that came a short way adds to the next as well.
+        """
+        if not measures(view):
+            self._last = scan
+            if scan is not None:
+                self._begin(scan)
             return SILENT
-        if abs(view.distance) < STILL and abs(view.turn) < STILL:
+        last, unseen = self._last, self._unseen
+        self._last, self._unseen = scan or last, scan is None
+        if last is None:
+            if scan is not None:
+                self._begin(scan)
+            return SILENT
+        if scan is not None and not unseen and abs(view.distance) < STILL and abs(view.turn) < STILL:
             return motion_ratios(last, scan, 0.0, 0.0)
         begun = self._begun or last
         self._distance, self._turn = self._distance + view.distance, self._turn + view.turn
+        if scan is None:
+            return SILENT
         if abs(self._distance) < APART and abs(self._turn) < 8 * CLEAR_TURN:
             return SILENT
         distance, turn = self._distance, self._turn

@@ -24,6 +24,10 @@ LEAST_TIMES = 3
 """Times between views before which nothing is known to be usual."""
 
 
+ALIKE = 1.5
+"""Long times that differ by no more than this factor are alike."""
+
+
 class StampWatch:
     """Times between views: the usual ones are about their running mean, some are pauses."""
 
@@ -31,6 +35,7 @@ class StampWatch:
         self._last: float | None = None
         self._usual = self._speed = 0.0
         self._seen = 0
+        self._long: list[float] = []
 
     def update(self, time: float, way: float) -> float:
         """Log-likelihood ratio of stamps that jump [nats], at a view ``way`` [m] after the last one."""
@@ -44,9 +49,17 @@ class StampWatch:
         if short and way / elapsed > SPEEDS * max(self._speed, SLOW):
             return CERTAIN / 2
         ratio = self._ahead(elapsed)
+        if ratio > 0 and self._is_new_usual(elapsed):
+            self._usual, ratio = elapsed, 0.0
         if ratio <= 0:
+            self._long.clear()
             self._learn(elapsed, way / elapsed)
         return ratio
+
+    def _is_new_usual(self, elapsed: float) -> bool:
+        """True for the third long time in a row that is about as long as those before: views come more rarely now."""
+        self._long = [one for one in self._long if ALIKE > one / elapsed > 1 / ALIKE] + [elapsed]
+        return len(self._long) >= LEAST_TIMES
 
     def _ahead(self, elapsed: float) -> float:
         """Ratio of a jump ahead, as likely in each decade, to a pause, whose density is PAUSE · usual / elapsed²."""

@@ -326,6 +326,7 @@ def _reach(told: Mapping[str, str]) -> float:
 def _flaser(line: _CarmenLine, reach: float) -> _LaserLine:
     n = line.count(1)
     line.expect(n + 11, n)
+    _check_angles(line, n, -math.pi / 2, _flaser_step(n))
     truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
     scan = _scan(line.floats(2, n + 2), -math.pi / 2, _flaser_step(n), reach)
     return _timed(line, n + 8, scan, truth=_pose(truth), odometry=_pose(odometry))
@@ -339,12 +340,17 @@ def _laser_head(line: _CarmenLine) -> tuple[Scan, int]:
     if len(line.fields) <= behind_ranges:
         raise line.error(f"has {len(line.fields)} fields; valid are at least {behind_ranges + 1} for {n} ranges")
     remissions = line.count(behind_ranges)
-    try:
-        check_angles(n, float(start), float(step), LogError)
-    except LogError as error:
-        raise line.error(str(error)) from error
+    _check_angles(line, n, float(start), float(step))
     scan = _scan(line.floats(9, behind_ranges), float(start), float(step), float(max_range))
     return scan, behind_ranges + 1 + remissions
+
+
+def _check_angles(line: _CarmenLine, count: int, start: float, step: float) -> None:
+    """Raise ``LogError`` for a line whose beams are at no angles of a scanner."""
+    try:
+        check_angles(count, start, step, LogError)
+    except LogError as error:
+        raise line.error(str(error)) from error
 
 
 def _robotlaser(line: _CarmenLine) -> _LaserLine:

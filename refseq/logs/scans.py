@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from refseq.errors import LogError
 from refseq.intake import check_angles
 from refseq.logs.transforms import Mount
-from refseq.view import Scan
+from refseq.view import Scan, facing
 
 
 def scan_of(
@@ -35,7 +35,7 @@ def scan_of(
         seen[~((seen > max(0.0, min_range)) & (seen < (np.inf if reach is None else reach)))] = np.inf
     if step < 0:
         seen, start, step = seen[::-1].copy(), start + step * (len(seen) - 1), -step
-    return Scan(seen, start, step) if reach is None else Scan(seen, start, step, reach)
+    return facing(Scan(seen, start, step) if reach is None else Scan(seen, start, step, reach))
 
 
 def mounted(scan: Scan, mount: Mount | None) -> Scan:
@@ -45,6 +45,4 @@ def mounted(scan: Scan, mount: Mount | None) -> Scan:
     ranges, start = scan.ranges, scan.start
     if mount.upside_down:  # what the scanner takes for left is right
         ranges, start = ranges[::-1].copy(), -(scan.start + scan.step * (len(ranges) - 1))
-    start = start + mount.yaw
-    middle = start + scan.step * (len(ranges) - 1) / 2
-    return Scan(ranges, start - 2 * math.pi * round(middle / (2 * math.pi)), scan.step, scan.max_range)
+    return facing(Scan(ranges, start + mount.yaw, scan.step, scan.max_range))

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from refseq.planar import Pose
-from refseq.pose_graph import wrapped
+from refseq.planar import Pose, wrapped
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,10 +79,14 @@ class TransformTree:
         self._parents: dict[str, str] = {}
         self._static: dict[str, NDArray[np.float64]] = {}
         self._moving: dict[str, tuple[list[float], list[NDArray[np.float64]]]] = {}
+        self._logged: dict[str, list[float]] = {}
         self.reparented: dict[str, str] = {}
 
-    def add(self, transforms: Iterable[Transform], time: float) -> None:
-        """Take transforms with their time [s]. Raises ``LogError`` for a cycle and for values that are no pose."""
+    def add(self, transforms: Iterable[Transform], time: float, logged: float | None = None) -> None:
+        """Take transforms with their time [s], and that of logging, by default the same.
+
+        Raises ``LogError`` for a cycle and for values that are no pose.
+        """
         for transform in transforms:
             if self._hang(transform):
                 matrix = _matrix(transform)
@@ -92,6 +96,11 @@ class TransformTree:
                     times, matrices = self._moving.setdefault(transform.child, ([], []))
                     times.append(time)
                     matrices.append(matrix)
+                    self._logged.setdefault(transform.child, []).append(time if logged is None else logged)
+
+    def take_logged_times(self) -> None:
+        """Take the times of logging for those of all transforms."""
+        self._moving = {child: (list(self._logged[child]), found[1]) for child, found in self._moving.items()}
 
     def _hang(self, transform: Transform) -> bool:
         """Hang a frame below its parent; False if it hangs below another."""
@@ -124,9 +133,13 @@ class TransformTree:
         """Frames without a parent, sorted; more than one: the tree is in pieces."""
         return tuple(sorted(set(self._parents.values()) - set(self._parents)))
 
+    def hangs(self, frame: str) -> bool:
+        """Tell whether a frame has a parent."""
+        return frame in self._parents
+
     def moving(self, frame: str) -> bool:
-        """Tell whether transforms move ``frame`` against its parent."""
-        return frame in self._moving
+        """Tell whether transforms move ``frame`` against its parent: of a single one nobody knows that."""
+        return frame in self._moving and len(self._moving[frame][0]) > 1
 
     def chain(self, frame: str, ancestor: str) -> tuple[str, ...] | None:
         """Frames from ``frame`` up to below ``ancestor``; None where the one does not hang below the other."""
@@ -168,7 +181,7 @@ class TransformTree:
         None where the one does not hang below the other, or where nothing between them moves.
         """
         chain = self.chain(child, parent)
-        movers = [frame for frame in chain or () if frame in self._moving]
+        movers = [frame for frame in chain or () if self.moving(frame)]
         if chain is None or not movers:
             return None
         fastest = max(movers, key=lambda frame: len(self._moving[frame][0]))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise, takewhile
 
 from refseq.map.paths.annotations import DoorSide, PathDoor, begun
-from refseq.missions.behaviour_codes import GOING_ON, code_of, lengthened, travels, turn_of
+from refseq.missions.behaviour_codes import GOING_ON, code_of, kind_of, lengthened, travels, turn_of
 from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
@@ -281,16 +281,28 @@ def _place(landmark: Landmark, way: MissionPath, landmarks: Landmarks) -> float:
 
 
 def _learnt(way: MissionPath) -> tuple[Order, ...]:
-    """Orders for all that was done along a way."""
+    """Orders for all that was done along a way. Raises ``MissionError`` for words that tell no behaviour."""
     orders = [
         Order(max(at + offset, 0.0), behaviour, LEARNT)
         for words, at in zip(way.behaviours, way.along.tolist(), strict=True)
         for offset, behaviour in begun(words)
     ]
+    for order in orders:
+        _check_words(order.behaviour)
     if not orders or orders[0].at > 0:
         orders.insert(0, Order(0.0, GOING_ON, UNTOLD))
     # At the last place nothing begins.
     return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
+
+
+def _check_words(behaviour: str) -> None:
+    """Raise ``MissionError`` for words, as a log of others may hold them, that lack numbers of their behaviour."""
+    try:
+        kind_of(behaviour)
+    except ValueError:
+        raise MissionError(
+            f"behaviour {behaviour!r:.40}, as it was learnt, lacks numbers; valid are MW:left,0.5,4 and MT:90, say"
+        ) from None
 
 
 def _wanted(at: _Matched, errand: Errand) -> str | None:

@@ -60,11 +60,7 @@ class Link(Protocol):
 
 
 class ZenohLink:
-    """A link over the network.
-
-    ``serves`` is the robot's side, which listens at the policy's address; the others connect to it. ``open`` waits
-    until that is done.
-    """
+    """A link over the network (``opened``): the robot's side listens, the others connect to it."""
 
     def __init__(self, session: "zenoh.Session") -> None:
         self._session = session

@@ -62,6 +62,10 @@ class WatchTab:
         """Nothing is known yet."""
 
 
+MOST_WAITING = 256
+"""So many views wait for their beliefs; of more the oldest are forgotten."""
+
+
 class ViewerModule:
     """Shows what it hears in a stream; one that is started anew hears the drive from its begin, and shows it again."""
 
@@ -90,6 +94,8 @@ class ViewerModule:
             self._enter(view.drive)
             self._views[view.number] = view_in(view, parts)
             self._show(view.number)
+            if len(self._views) > MOST_WAITING:  # nobody localises, or nobody does so any more
+                del self._views[min(self._views)]
         else:
             self._step(head_of(Step, parts), parts)
 

@@ -21,7 +21,7 @@ MESSAGE = 1
 CLIENT_MESSAGE = struct.Struct("<BI")
 SERVER_MESSAGE = struct.Struct("<BIQ")
 MOST_CHANNELS = 256
-"""The most channels that a client may tell of, and the most subscriptions it may have."""
+"""The most channels that a client may tell of."""
 
 
 class FoxgloveProtocolError(RefseqError):

@@ -26,7 +26,7 @@ from refseq.access.listener import BoundedListener, listening
 from refseq.access.policy import AccessPolicy
 from refseq.errors import RefseqError
 from refseq.map.map import Map
-from refseq.serve.answers import BELIEF, CHANNELS, POSE, BeliefAnswer
+from refseq.serve.answers import BELIEF, CHANNELS, BeliefAnswer
 from refseq.serve.protocol import (
     SUBPROTOCOLS,
     Advertise,
@@ -215,10 +215,12 @@ class BeliefServer:
             self._publish(answer)
 
     def _publish(self, answer: BeliefAnswer) -> None:
-        data = {BELIEF.number: answer.json, POSE.number: answer.pose_message}
+        made: dict[int, bytes | None] = {}  # of a large map they take milliseconds, and mostly nobody listens
         for listener in self._listeners:
             for subscription, channel in listener.subscriptions.items():
-                if (message := data[channel]) is not None:
+                if channel not in made:
+                    made[channel] = answer.json if channel == BELIEF.number else answer.pose_message
+                if (message := made[channel]) is not None:
                     listener.post(message_data(subscription, answer.nanoseconds, message))
 
     def _tell(self) -> None:

@@ -122,15 +122,19 @@ class RobotSession:
         if sample is None:
             self._tell_once([f"topic {channel.topic}: a message {VAIN}"])
             return []
+        left: list[BeliefAnswer] = []
         try:
             views = stream.take(sample)
         except ClockSetBackError as error:
+            left = self.end()
             self._notes.append(f"{error}; a new drive begins")
             self.restart()
-            stream = self._stream = self._opened()
+            before, stream = stream, self._opened()
+            stream.mount_as(before)
+            self._stream = stream
             views = stream.take(sample)
         self._tell_of_losses(stream)
-        return [self._answer(view) for view in views]
+        return [*left, *(self._answer(view) for view in views)]
 
     def _tell_of_losses(self, stream: ViewStream) -> None:
         """Note the pictures and the odometry that views lack, each once."""

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.dead_reckoning import dead_reckoned
-from refseq.pose_graph import motions_between, ways_along, wrapped
+from refseq.planar import wrapped
+from refseq.pose_graph import motions_between, ways_along
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 

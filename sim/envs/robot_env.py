@@ -22,7 +22,7 @@ from refseq_bench.sim.drives.chase_camera import ChaseCamera
 from refseq_bench.sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
 from refseq_bench.sim.envs.episodes.episode import BenchEpisode, EpisodeSetting, ground_of
 from refseq_bench.sim.envs.episodes.localising import familiar
-from refseq_bench.sim.envs.episodes.observations import BELIEFS, IMAGE, SUMMARY, Arrays, Known, Sensing
+from refseq_bench.sim.envs.episodes.observations import IMAGE, SUMMARY, Arrays, Known, Sensing
 from refseq_bench.sim.envs.episodes.pixels import square_camera
 from refseq_bench.sim.envs.tasks.by_name import made_task
 from refseq_bench.sim.envs.tasks.task import Judgement, Task
@@ -128,8 +128,6 @@ class RobotEnv(gym.Env[Arrays, Any]):
         return ByBehaviour(self._task.behaviours, description_of(self._robot))
 
     def _observations(self, belief: str) -> Sensing:
-        if self._map is None and belief in BELIEFS and belief != SUMMARY:
-            raise SimError(f"belief {belief!r} is not valid for a task without a map, in which nobody localises")
         return Sensing(
             sonars=len(self._robot.sonars),
             max_range=self._settings.laser.mode.max_range,

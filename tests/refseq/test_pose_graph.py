@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from refseq.pose_graph import Relations, best_fit, motions_between, moved, wrapped
+from refseq.planar import wrapped
+from refseq.pose_graph import Relations, best_fit, motions_between, moved
 
 SQUARE = np.array([[0, 0, 0], [4, 0, np.pi / 2], [4, 4, np.pi], [0, 4, -np.pi / 2]], float)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.chain.network import Network
-from refseq.pose_graph import wrapped
+from refseq.planar import wrapped
 
 ALIKE, SPREAD = math.radians(30.0), math.radians(15.0)
 """Ways that bend differently by so much are as good as alike; beyond, the ratio falls as a normal density does."""

@@ -1,6 +1,7 @@
 """Pictures of a log, decoded to grey only when asked: PNG, JPEG and the usual raw encodings."""
 
 import os
+import re
 import struct
 import tempfile
 import threading
@@ -230,11 +231,20 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
     raise LogError("an image cannot be decoded; valid are PNG and JPEG")
 
 
+LIBRARIES = re.compile(
+    rb"libpng|libjpeg|.*JPEG|Corrupt|Premature|Invalid|Inconsistent|Unknown Adobe|Unsupported|Warning|"
+    rb"\[ *(WARN|ERROR|INFO)"
+)
+"""Lines that libpng, libjpeg and OpenCV print begin so."""
+
 _decoding = threading.Lock()
 
 
 def _decoded(data: bytes) -> tuple[Any, str]:
-    """OpenCV's grey image, None for damage; and what the libraries below it have printed, for they do not raise."""
+    """OpenCV's grey image, None for damage; and what the libraries below it have printed, for they do not raise.
+
+    What other threads print meanwhile is printed behind.
+    """
     with _decoding, tempfile.TemporaryFile() as heard:
         stderr = os.dup(2)
         os.dup2(heard.fileno(), 2)
@@ -244,7 +254,11 @@ def _decoded(data: bytes) -> tuple[Any, str]:
             os.dup2(stderr, 2)
             os.close(stderr)
         heard.seek(0)
-        return image, heard.read(1000).decode(errors="replace")
+        lines = heard.read().splitlines(keepends=True)
+    theirs = [line for line in lines if LIBRARIES.match(line)]
+    if others := [line for line in lines if not LIBRARIES.match(line)]:
+        os.write(2, b"".join(others))
+    return image, b"".join(theirs)[:1000].decode(errors="replace")
 
 
 def _reason(told: str) -> str:

@@ -47,7 +47,12 @@ class ViewPlan:
         return len(self.views)
 
     def between(self, wanted: slice) -> "ViewPlan":
-        """The plan of some of the views, by their indices; the first one's motion stays as it was."""
+        """The plan of a stretch of the views, by their indices; the first one's motion stays as it was.
+
+        Raises ``LogError`` for a step from view to view: what lies between would be left out of their motion.
+        """
+        if wanted.step not in (None, 1):
+            raise LogError(f"views with a step of {wanted.step} are not valid; valid is a stretch, and to thin it")
         return self._of(np.arange(len(self.views))[wanted], self.views[wanted])
 
     def with_noise(self, rng: np.random.Generator) -> "ViewPlan":

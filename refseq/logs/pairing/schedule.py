@@ -56,7 +56,7 @@ def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
 
 
 def _by_number(found: Survey, choice: Choice) -> Schedule:
-    """The moments that the log knows; a pose is that of its own moment, and the true one stands for a missing one."""
+    """The moments that the log knows; a pose is that of its own moment. Without odometry it is the true one."""
     ids = {topic: found.stamps[topic].moments for topic in choice.sensors}
     times = {topic: found.stamps[topic].times for topic in choice.sensors}
     moments = numbered(ids, times)
@@ -66,7 +66,8 @@ def _by_number(found: Survey, choice: Choice) -> Schedule:
     for stamps in found.of_role(Role.BEHAVIOUR):
         for row, number in enumerate(sample_of(moments.numbers, stamps.moments)):
             told[row] = found.behaviours[number] if number != NONE else told[row]
-    poses = [pose or true for pose, true in zip(odometry, truth, strict=True)]
+    # One frame alone: a step from the odometry's to the truth's is no motion.
+    poses = truth if choice.odometry is None else odometry
     return Schedule(moments, _data(moments, poses, truth, told))
 
 

@@ -1,8 +1,9 @@
 """Views of a source that does not end: paired, placed by odometry and thinned while samples arrive.
 
-The rules are those of a log (``paired``, ``Trajectory.at``, ``Thinner``), over a window of the last samples. Two things
-differ, as the future is not known: the leading sensor and the tolerance come from the first samples, and a moment is
-decided as soon as every sensor has told of a time behind it, or has kept silent for ``PATIENCE`` seconds.
+The rules are those of a log (``paired``, ``Trajectory.at``, ``Thinner``), over a window of the last samples. What
+differs, as the future is not known: the leading sensor and the tolerance come from the first samples; a moment is
+decided as soon as every sensor has told of a time behind it, or has kept silent for ``PATIENCE`` seconds; and of each
+transform the first alone is kept, which tells how a sensor is mounted.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -149,6 +150,10 @@ class ViewStream:
         self._check_waiting()
         return [] if self._pace is None else list(self._views(self._pace, at_last=False))
 
+    def mount_as(self, other: "ViewStream") -> None:
+        """Take over where sensors are mounted from the stream of another drive: a robot tells it once."""
+        self._tree, self._base = other._tree, other._base
+
     def end(self) -> list[View]:
         """Views of what is left, when no sample will come any more."""
         self._pace = self._pace or self._paced(at_last=True)
@@ -157,9 +162,7 @@ class ViewStream:
     def _hang(self, sample: Sample) -> None:
         """Keep the first transform of each frame: where a sensor is mounted; of others there is no end."""
         assert isinstance(sample.content, tuple)
-        known = self._tree.frames
-        new = [one for one in sample.content if one.child not in known or one.parent not in known]
-        self._tree.add(new, sample.time)
+        self._tree.add([one for one in sample.content if not self._tree.hangs(one.child)], sample.time)
         self._base = self._base or next((name for name in BASES if name in self._tree.frames), "")
 
     def _check_waiting(self) -> None:

@@ -112,7 +112,7 @@ def survey(source: LogSource) -> Survey:
         stamps.logged.append(sample.logged + shift)
         stamps.moments.append(sample.moment)
         stamps.unstamped += sample.unstamped
-        _take(found, channel.role, sample, time)
+        _take(found, channel.role, sample, time, sample.logged + shift)
     if not source.has_moments:
         found.notes += clock.notes
         _settle_clocks(found)
@@ -158,16 +158,17 @@ def _settle_clocks(found: Survey) -> None:
         found.notes.append(f"the stamps of {topic} jump back by {falls[topic]:.3f} s; the times of logging are used")
         for stamps in found.stamps.values():
             stamps.times = list(stamps.logged)
+        found.tree.take_logged_times()
 
 
-def _take(found: Survey, role: Role, sample: Sample, time: float) -> None:
+def _take(found: Survey, role: Role, sample: Sample, time: float, logged: float) -> None:
     """Keep what is small of one sample."""
     match role, sample.content:
         case ((Role.ODOMETRY | Role.TRUTH), Pose() as pose):
             found.poses.setdefault(sample.topic, []).append(pose)
         case Role.TRANSFORMS, tuple() as transforms:
             try:
-                found.tree.add(transforms, time)
+                found.tree.add(transforms, time, logged)
             except LogError as error:
                 raise LogError(f"{found.source.path}: topic {sample.topic}: {error}") from error
         case Role.BEHAVIOUR, str() as told:

@@ -1,5 +1,6 @@
 """Columns of a trajectory file: what each is, by the header's words or by the shape of the rows."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -87,7 +88,7 @@ def _meaning(text: str) -> tuple[Quantity | None, str]:
     match = re.fullmatch(r"\s*#?\s*([^\[(]*?)\s*(?:[\[(]\s*(.*?)\s*[\])])?\s*", text.lower())
     name, unit = (match[1], match[2] or "") if match else ("", "")
     parts = [part for part in re.split(r"[^a-z0-9]+", name) if part]
-    if len(parts) > 1 and parts[-1] in UNITS:
+    if len(parts) > 1 and parts[-1] in ENDINGS:
         unit = unit or parts.pop()
     if not parts or parts[0] in ("v", "vel", "velocity", "b", "bias", "twist", "linear", "angular", "a", "w"):
         return None, unit
@@ -98,10 +99,23 @@ def _meaning(text: str) -> tuple[Quantity | None, str]:
     return WORDS.get("".join(parts)) or WORDS.get(parts[-1]), unit
 
 
-UNITS: Mapping[str, float] = MappingProxyType(
-    {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rad": 1.0, "deg": 1.0, "m": 1.0}
+ENDINGS = frozenset(("s", "ms", "us", "ns", "rad", "deg", "m", "mm", "cm"))
+"""Units that a column's name may end with."""
+
+SECONDS: Mapping[str, float] = MappingProxyType(
+    {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0}
 )
-"""Units that a column's name may end with; for times how many seconds they are."""
+METRE: Mapping[str, float] = MappingProxyType(
+    {"m": 1.0, "metres": 1.0, "meters": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3}
+)
+RADIANS: Mapping[str, float] = MappingProxyType(
+    {
+        **dict.fromkeys(("rad", "radians"), 1.0),
+        **dict.fromkeys(("deg", "degrees", "°"), math.radians(1.0)),
+        "mrad": 1e-3,
+    }
+)
+"""Units of times, lengths and angles, by the words for them: how many seconds, metres and radians they are."""
 
 
 def _suffices(places: Mapping[Quantity, int]) -> bool:

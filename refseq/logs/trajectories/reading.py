@@ -14,9 +14,11 @@ from refseq.files import open_input
 from refseq.limits import METRES, ROW_BYTES, ROWS
 from refseq.logs.trajectories.columns import (
     HEADERS,
+    METRE,
     POSITION,
     QUATERNION,
-    UNITS,
+    RADIANS,
+    SECONDS,
     Q,
     TrajectoryColumns,
     named_columns,
@@ -143,15 +145,23 @@ def _poses(rows: Sequence[_TrajectoryRow], columns: TrajectoryColumns) -> tuple[
     """Planar poses (n, 3) of rows with positions and headings or quaternions, and what is to be told of them."""
     places = columns.places
     table = {quantity: _column(rows, place) for quantity, place in places.items() if quantity in _POSE}
+    unknown = []
+    for quantity, known in ((Q.X, METRE), (Q.Y, METRE), (Q.Z, METRE), (Q.HEADING, RADIANS)):
+        if (unit := columns.units.get(quantity, "")) and quantity in table:
+            table[quantity] = table[quantity] * known.get(unit, 1.0)
+            unknown += [_unknown(quantity, unit, next(iter(known)))] if unit not in known else []
     points = np.column_stack([table[Q.X], table[Q.Y]])
     if all(quantity in table for quantity in QUATERNION):
         quaternions = np.column_stack([table[quantity] for quantity in QUATERNION])
         rotations = rotations_of(_unit(rows, quaternions))
-        return in_plane(np.column_stack([points, table.get(Q.Z, 0 * table[Q.X])]), rotations), ()
+        return in_plane(np.column_stack([points, table.get(Q.Z, 0 * table[Q.X])]), rotations), tuple(unknown)
     if Q.HEADING in table:
-        degrees = columns.units.get(Q.HEADING, "") in ("deg", "degrees", "°")
-        return np.column_stack([points, np.radians(table[Q.HEADING]) if degrees else table[Q.HEADING]]), ()
-    return _headed(rows[0].path, points), ("headings are those of the way driven",)
+        return np.column_stack([points, table[Q.HEADING]]), tuple(unknown)
+    return _headed(rows[0].path, points), (*unknown, "headings are those of the way driven")
+
+
+def _unknown(quantity: Q, unit: str, taken: str) -> str:
+    return f"the unit {unit!r:.20} of {quantity.value} is not known: it is taken for {taken}"
 
 
 _POSE = frozenset({*POSITION, *QUATERNION, Q.HEADING})
@@ -230,12 +240,13 @@ def _keyed(
 
 def _in_seconds(times: NDArray[np.float64], unit: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
     """Times [s] by the unit that the header gives, or by their size, which is told."""
-    if unit in ("ms", "us", "ns"):
-        return times * UNITS[unit], ()
+    if SECONDS.get(unit, 1.0) != 1.0:
+        return times * SECONDS[unit], ()
+    unknown = (_unknown(Q.TIME, unit, "s"),) if unit and unit not in SECONDS else ()
     for least, name, seconds in EPOCHS:
         if abs(times[0]) >= least:
             return times * seconds, (f"times are {name}",)
-    return times, ()
+    return times, unknown
 
 
 def _rising(found: PoseTable, rows: Sequence[_TrajectoryRow]) -> PoseTable:

@@ -211,6 +211,20 @@ def test_a_laser_of_any_step_is_no_odometer_in_reverse(step: float, failed: floa
         assert faults == [], seed
 
 
+@pytest.mark.parametrize("every", [2, 3])
+def test_a_laser_that_is_slower_than_the_views_is_no_fault(every: int) -> None:
+    """The way between two scans is that of all views since: a part of it would fit other motions better."""
+    for seed in range(4):
+        views = [replace(view, scan=None) if k % every else view for k, view in enumerate(drive(seed=seed))]
+        assert not any(declared(views)), seed
+
+
+def test_views_that_come_more_rarely_from_now_on_are_no_clock_that_jumps() -> None:
+    times = np.cumsum([*[1.0] * 10, *[15.0] * 20])
+    faults = [health.faults for health in map(HealthMonitor().update, [View(float(t), {}, None, 0.85) for t in times])]
+    assert faults[-1] == ()
+
+
 def test_the_same_views_after_a_reset_give_the_same_faults():
     views = from_view(VIEWS, START, FAULTS["odometry doubled"][2])
     monitor = HealthMonitor()

@@ -403,3 +403,13 @@ def _check_same(read: View, view: View) -> None:
     if read.truth is not None and view.truth is not None:
         assert (read.truth.x, read.truth.y) == pytest.approx((view.truth.x, view.truth.y), abs=1e-5)
         assert math.remainder(read.truth.heading - view.truth.heading, 2 * math.pi) == pytest.approx(0, abs=1e-5)
+
+
+def test_a_true_pose_before_the_first_odometry_is_no_odometry(tmp_path: Path) -> None:
+    """Its frame is another: the step from one to the other would be a motion."""
+    ranges = " ".join(["2"] * 181)
+    scan = f"RAWLASER1 0 -1.57 3.14 0.0174 30 0.01 0 181 {ranges} 0"
+    told = ["TRUEPOS 20 7 0 0 0 0 1.0 h 1.0", f"{scan} 1.1 h 1.1"]
+    told += ["ODOM 0 0 0 0 0 0 1.5 h 1.5", f"{scan} 1.6 h 1.6", "ODOM 0.5 0 0 0 0 0 2.5 h 2.5", f"{scan} 2.6 h 2.6"]
+    views = read_recording(log(tmp_path, *told)).views
+    assert [view.distance for view in views] == pytest.approx([0.0, 0.0, 0.5], abs=1e-6)

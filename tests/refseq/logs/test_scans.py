@@ -6,9 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.errors import LogError
+from refseq.features.doors import DoorSettings, find_doors
+from refseq.features.sectors import sector_ranges
 from refseq.logs.scans import mounted, scan_of
 from refseq.logs.transforms import Mount
+from refseq.planar import Pose
 from refseq.view import Scan
+from tests.refseq.rooms import rays
 
 
 def seen(scan: Scan) -> dict[int, float]:
@@ -100,3 +104,16 @@ def test_scans_that_are_none(start: float, step: float, count: int, message: str
     with pytest.raises(LogError) as caught:
         scan_of(np.ones(count), start, step)
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("start", [0.0, -math.pi, math.pi / 3])
+def test_a_scanner_that_sees_all_around_may_begin_anywhere(start: float) -> None:
+    """A room with a door ahead: its features, walls and doors are the same."""
+    walls = [(2, -3, 2, -0.45), (2, 0.45, 2, 3), (-2, -3, 2, -3), (-2, 3, 2, 3), (-2, -3, -2, 3), (5, -3, 5, 3)]
+    step = math.radians(0.5)
+    seen = scan_of(rays(walls, Pose(0.0, 0.0, 0.0), start + step * np.arange(720)), start, step)
+    assert seen.start == pytest.approx(-math.pi, abs=step)
+    behind = scan_of(rays(walls, Pose(0.0, 0.0, 0.0), -math.pi + step * np.arange(720)), -math.pi, step)
+    (door,) = find_doors(seen, DoorSettings())
+    assert door.centre == pytest.approx((2.0, 0.0), abs=0.02)
+    np.testing.assert_allclose(sector_ranges(seen, 24), sector_ranges(behind, 24), atol=0.05)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from refseq.errors import LogError
-from refseq.logs.transforms import Transform, TransformTree, heading_of, pose_in_plane
+from refseq.logs.transforms import Mount, Transform, TransformTree, heading_of, pose_in_plane
 
 Quaternion = tuple[float, float, float, float]
 angles = st.floats(-3, 3)
@@ -107,3 +107,22 @@ def test_a_rotation_that_is_none_is_refused(rotation: Quaternion) -> None:
 def test_frames_without_end_are_damage() -> None:
     with pytest.raises(LogError, match="transforms have 4097 coordinate frames in a log; valid are at most 4096"):
         tree(*(Transform("map", f"frame-{k}") for k in range(5000)))
+
+
+def test_a_single_transform_moves_nothing() -> None:
+    """Foxglove's messages cannot tell a static one."""
+    found = tree(Transform("world", "base_link"))
+    assert not found.moving("base_link")
+    assert found.trajectory("base_link", "world") is None
+    assert found.mount("base_link", "world") == Mount()
+
+
+def test_transforms_take_the_times_of_logging_where_a_clock_was_set_back() -> None:
+    found = TransformTree()
+    for k in range(10):
+        found.add([Transform("odom", "base_link", (0.1 * k, 0.0, 0.0))], k - 5.0 * (k >= 5), float(k))
+    found.take_logged_times()
+    way = found.trajectory("base_link", "odom")
+    assert way is not None
+    np.testing.assert_allclose(way.times, np.arange(10.0))
+    np.testing.assert_allclose(way.poses[:, 0], 0.1 * np.arange(10))

@@ -2,6 +2,7 @@
 
 from itertools import combinations
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -246,3 +247,10 @@ def test_orders_know_what_is_in_force() -> None:
     assert [learnt.order_at(at) for at in (-1.0, 0.0, 11.9, 12.0, 40.0)] == [0, 0, 0, 2, 2]
     assert [order.travels for order in learnt.orders] == [True, False, True]
     assert Plan(WAY, (Order(12.0, "MT:90", "x"),), 3.0).end_of(0) == 12.0
+
+
+@pytest.mark.parametrize("words", ["MW:left", "MW", "MT", "MT:left"])
+def test_words_of_a_log_that_lack_numbers_are_told(words: str) -> None:
+    way = MissionPath(np.arange(5), np.arange(5) * 2.0, ("MN:8", words, "MN:8", "", ""), ())
+    with pytest.raises(MissionError, match=rf"^behaviour '{words}', as it was learnt, lacks numbers; valid are "):
+        as_learnt(way)

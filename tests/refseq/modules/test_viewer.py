@@ -256,3 +256,15 @@ def test_a_belief_on_another_map_is_refused(told: Told, drive: list[View], tmp_p
         told.view(0, drive[0])
         with pytest.raises(RefseqError, match=f"an answer over 9 places; valid is one over {COUNT}"):
             told.step((0, Belief(np.full(9, 1 / 9), 0.0, 0, (0,), 2.0)))
+
+
+def test_of_views_that_nobody_answers_a_few_wait(
+    told: Told, drive: list[View], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("refseq.modules.viewer.MOST_WAITING", 3)
+    with watching(told, tmp_path / "a.rrd") as module:
+        for number in range(6):
+            told.view(number, drive[number % len(drive)])
+        assert sorted(module._views) == [3, 4, 5]
+        told.step((5, at(1, 0.1)))
+        assert module.shown == 1

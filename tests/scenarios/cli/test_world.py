@@ -30,15 +30,22 @@ material = "door"
 """
 
 
+ENDS = "".join(
+    f'[[wall]]\nname = "{name}"\nstart = [{x}, -1.2]\nend = [{x}, 1.2]\ninside = "{inside}"\nmaterial = "plaster"\n'
+    for name, x, inside in (("near", 0, "right"), ("far", 8, "left"))
+)
+
+
 Worlds = Callable[[str], Answer]
 
 
 @pytest.fixture
 def worlds(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Worlds:
-    """Run a command about worlds, in an empty folder with three plans and a terminal of 80 characters."""
+    """Run a command about worlds, in an empty folder with four plans and a terminal of 80 characters."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     (tmp_path / "small.toml").write_text(SMALL.format(top="", end=""))
+    (tmp_path / "closed.toml").write_text(SMALL.format(top="", end=ENDS))
     (tmp_path / "blocked.toml").write_text(SMALL.format(top="", end=CRATE))
     (tmp_path / "broken.toml").write_text(SMALL.format(top="colour = 1", end=""))
     (tmp_path / "folder").mkdir()
@@ -80,9 +87,15 @@ def test_show_tells_place_things_lamps_routes_and_the_sun(worlds: Worlds) -> Non
 
 
 def test_check_says_nothing_found_of_a_good_world(worlds: Worlds) -> None:
-    answer = worlds("check small.toml")
+    answer = worlds("check closed.toml")
     assert (answer.code, answer.err) == (0, "")
-    assert re.fullmatch(r"small\.toml: [\d.]+ s, \d+ MB, \d+ geoms, 3 solid: nothing found\n", answer.out)
+    assert re.fullmatch(r"closed\.toml: [\d.]+ s, \d+ MB, \d+ geoms, 5 solid: nothing found\n", answer.out)
+
+
+def test_check_tells_where_a_building_is_open_and_leaves_with_1(worlds: Worlds) -> None:
+    answer = worlds("check small.toml")
+    assert (answer.code, answer.err) == (1, "")
+    assert "wall 'left' meets no other one at x 8.00, y 1.20: the building is open there" in answer.out
 
 
 def test_check_names_what_is_in_the_way_and_leaves_with_1(worlds: Worlds) -> None:

@@ -1,4 +1,6 @@
+import os
 import struct
+import threading
 
 import cv2
 import numpy as np
@@ -163,3 +165,21 @@ def test_whichever_byte_is_changed_a_png_is_found_damaged_or_decoded(picture_fil
         except LogError:
             assert picture_file[:3] == JPEG_MAGIC
     assert found > 5
+
+
+def test_what_other_threads_tell_while_pictures_are_decoded_is_told(capfd: pytest.CaptureFixture[str]) -> None:
+    data = cv2.imencode(".png", np.random.default_rng(0).integers(0, 255, (240, 320), np.uint8))[1].tobytes()
+    told, done = 0, threading.Event()
+
+    def tell() -> None:
+        nonlocal told
+        while not done.is_set():
+            told += os.write(2, b"a line\n") > 0
+
+    teller = threading.Thread(target=tell)
+    teller.start()
+    for _ in range(20):
+        CompressedPicture(data, "png").decode()
+    done.set()
+    teller.join()
+    assert capfd.readouterr().err.count("a line\n") == told > 0

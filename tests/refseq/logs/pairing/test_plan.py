@@ -269,3 +269,8 @@ def test_a_camera_of_which_no_picture_is_whole_is_refused(tmp_path: Path) -> Non
     views = read_recording(path).views
     with pytest.raises(LogError, match=r"topic /cam0/\S+: an image cannot be decoded"):
         dict(views[3].images)
+
+
+def test_a_step_from_view_to_view_would_lose_their_motion(log: Path) -> None:
+    with pytest.raises(LogError, match="views with a step of 2 are not valid; valid is a stretch, and to thin it"):
+        read_recording(log, views=slice(0, 10, 2))

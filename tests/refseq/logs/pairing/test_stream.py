@@ -19,7 +19,7 @@ from refseq.logs.pairing.plan import plan_views
 from refseq.logs.pairing.stream import ClockSetBackError, StreamTopics, ViewStream, topics_for
 from refseq.logs.source import Channel, Content, Role, Sample
 from refseq.logs.transforms import Transform
-from refseq.planar import Pose
+from refseq.planar import Pose, wrap
 from refseq.view import Scan, View
 
 SENSORS = {"/cam0/image_raw": "cam0", "/cam1/image_raw": "cam1", "/scan": "laser"}
@@ -277,3 +277,13 @@ def test_a_laser_is_turned_as_it_hangs() -> None:
         seen = [view.scan.ranges.tolist() for view in streamed([*hung, *samples], 0.0) if view.scan is not None]
         assert len(seen) > 10
         assert all(one == ranges for one in seen)
+
+
+def test_a_laser_is_turned_by_transforms_that_come_one_by_one() -> None:
+    """The last of them joins two frames that both are known."""
+    turned = Transform("mast", "laser", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), static=True)
+    told = [Transform("odom", "base_link"), turned, Transform("base_link", "mast", static=True)]
+    samples = [replace(one, frame="laser") if one.topic == "/scan" else one for one in drive(10, 3.0)]
+    views = streamed([*(sample("/tf_static", 0.0, (one,)) for one in told), *samples], 0.0)
+    starts = {view.scan.start for view in views if view.scan is not None}
+    assert [abs(wrap(start - Scan(np.ones(3, np.float32)).start)) for start in starts] == [pytest.approx(np.pi)]

@@ -196,3 +196,18 @@ def test_rows_of_one_time_count_once(tmp_path: Path) -> None:
     found = read_trajectory(tmp_path / "a.txt")
     assert found.keys.tolist() == [1.5, 2.5]
     assert found.notes == ("1 rows of the same time as the one above are left out",)
+
+
+def test_lengths_and_angles_are_in_the_units_of_the_header(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time [min],x [cm],y [mm],heading [mrad]\n0,0,0,0\n0.5,85,100,100\n")
+    found = read_trajectory(tmp_path / "a.csv")
+    assert (found.keys.tolist(), found.notes) == ([0.0, 30.0], ())
+    np.testing.assert_allclose(found.poses[1], [0.85, 0.1, 0.1])
+
+
+def test_a_unit_that_nobody_knows_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time [utc],x [furlong],y,heading\n0,0,0,0\n1,2,0,0\n")
+    assert set(read_trajectory(tmp_path / "a.csv").notes) == {
+        "the unit 'furlong' of x is not known: it is taken for m",
+        "the unit 'utc' of time is not known: it is taken for s",
+    }

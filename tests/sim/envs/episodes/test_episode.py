@@ -252,7 +252,6 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "actions": ({"actions": "thoughts"}, "unknown actions 'thoughts': valid are behaviours, twist"),
     "camera": ({"cameras": ["camera-9"]}, "unknown camera of robot 'robuter' 'camera-9': valid are camera-1, camera-2"),
     "belief": ({"belief": "faith"}, "belief 'faith' is unknown: valid are summary, places"),
-    "nobody believes": ({"belief": "places"}, "belief 'places' is not valid for a task without a map"),
     "renderer": ({"renderer": "none"}, "unknown renderer 'none': valid are baked, filament, classic"),
     "task": ({"task": "dance"}, "unknown task 'dance': valid are follow-corridor, "),
     "render mode": ({"render_mode": "ansi"}, "unknown render mode 'ansi': valid are human, rgb_array"),
