@@ -177,6 +177,8 @@ class BeliefServer:
 
     async def _refuse(self, listener: _Listener, code: int, reason: str) -> None:
         self._told(f"a connection is closed: {reason}")
+        if listener is self._robot:  # one that comes back at once is not refused for its own sake
+            await self._left()
         with suppress(ConnectionClosed):
             await listener.connection.send(status(StatusLevel.ERROR, reason))
             await listener.connection.close(code, reason.encode()[:120].decode(errors="ignore"))
