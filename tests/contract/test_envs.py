@@ -14,11 +14,11 @@ import refseq_bench.sim.envs
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 
 IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "refseq")
-BALANCING = ("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0")
+BALANCING = ("refseq/CrossDoor-v0",)
 """Those that the balancing robot is tried with each time: the others differ in nothing that the robot is asked."""
 CHECKED = ("refseq/FollowCorridor-v0",)
 """Those that Gymnasium checks each time, as it resets them a dozen times."""
-IN_WORKERS = ("refseq/CrossDoor-v0", "refseq/CrossDoorTwist-v0")
+IN_WORKERS = ("refseq/CrossDoorTwist-v0",)
 STEPS = 6
 every_id = pytest.mark.parametrize("name", IDS)
 
@@ -63,9 +63,7 @@ def checked(name: str, **made_with: Any) -> None:
         env.close()
 
 
-@pytest.mark.quick_cases(
-    "refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0", "refseq/ReachPlaceTwist-v0", "refseq/MissionTwist-v0"
-)
+@pytest.mark.quick_cases("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0", "refseq/MissionTwist-v0")
 @every_id
 def test_the_same_seed_and_actions_are_the_same_episode_again_of_numbers_within_bounds(name: str) -> None:
     env = gym.make(name)

@@ -130,6 +130,7 @@ def test_aisles_are_at_least_1_6_m_wide(laboratory: World) -> None:
     assert touched_by(laboratory, aisles) == set()
 
 
+@pytest.mark.slow
 def test_a_view_every_22_cm_makes_67_views_of_the_wall_of_posters(laboratory: World) -> None:
     (first, y), (last, y_end) = laboratory.routes["forward"]
     wall = laboratory.plan.wall_named("posters")

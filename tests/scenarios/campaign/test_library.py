@@ -146,6 +146,7 @@ def test_a_file_begins_with_what_it_is_for_and_names_its_figure_and_its_doubts(n
             assert all(number in one.scenario.source for number in numbers)
 
 
+@pytest.mark.slow
 def test_the_page_tells_of_each_scenario_and_of_as_many_drives_as_there_are() -> None:
     page = Path(__file__).resolve().parents[3].joinpath("docs", "scenarios.md").read_text()
     (section,) = (part for part in page.split("\n## ") if part.startswith("The library\n"))

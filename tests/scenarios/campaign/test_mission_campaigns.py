@@ -332,6 +332,7 @@ def test_a_campaign_that_goes_on_runs_nothing_again(ran: Ran, tmp_path: Path) ->
     assert rest.seconds == 0
 
 
+@pytest.mark.slow
 def test_the_same_mission_goes_the_same_way_again(ran: Ran, tmp_path: Path) -> None:
     task = ran.judged["mine/open"].led["best/chain"][1]
     store = Store(tmp_path)

@@ -112,6 +112,7 @@ def test_the_best_paths_of_a_drive_are_listed_with_their_shares(refseq: Refseq, 
     assert answer.out.splitlines()[-1].startswith(told)
 
 
+@pytest.mark.slow
 def test_features_are_seen_again_as_channels_that_tell_no_more_than_there_is(
     refseq: Refseq, here: Path, query: Path
 ) -> None:

@@ -70,6 +70,7 @@ def test_no_two_views_are_taken_at_once_and_all_come_back(tmp_path: Path, period
     assert [view.time for view in read] == pytest.approx(times, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_behaviour_that_fails_is_named() -> None:
     with pytest.raises(
         StuckError, match=r"^behaviour 2, MC:left, failed after \d\.\d m: door 0\.\d+ m open of 0\.\d+ m: closed$"
