@@ -138,7 +138,8 @@ def type_in(example: Example) -> None:
 
     Where all are our own, they are executed in this process, which has loaded already what each would load anew.
     """
-    lines = [shlex.split(os.path.expandvars(line)) for line in example.code.replace("\\\n", " ").splitlines() if line]
+    code = os.path.expandvars(example.code.replace("\\\n", " "))
+    lines = [words for line in code.splitlines() if (words := shlex.split(line, comments=True))]
     ours = [own(words) for words in lines]
     if all(ours) and not re.search(r"[|&;<>`()]", example.code):
         assert [words for words in ours if words and exit_code(words) != 0] == [], example.place
