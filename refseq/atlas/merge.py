@@ -85,7 +85,7 @@ def merge_maps(
 
 @dataclass(frozen=True, slots=True)
 class _Told:
-    """What was decided about a stretch; ``by_person`` where a person makes it a join."""
+    """A stretch and the decision about it; ``by_person`` where a person makes it a join."""
 
     found: FoundOverlap
     decision: Decision

@@ -273,7 +273,7 @@ class Map:
         return Pose(x, y, wrap(place.heading + belief.pose.heading))
 
     def once(self, found_in: Callable[["Map"], Found]) -> Found:
-        """What a function finds in the map: nothing in it ever changes, so all who localise in it share one answer."""
+        """Answer of a function about the map, asked once: nothing in it ever changes, so all who localise share it."""
         if found_in not in self._answers:
             self._answers[found_in] = found_in(self)
         return cast(Found, self._answers[found_in])

@@ -40,7 +40,7 @@ def distances(found: Sequence[DistanceOrNever]) -> str:
 
 
 def scale_words(beliefs: Sequence[Belief]) -> str:
-    """How many metres of the map a metre of the odometer was taken for in the end; nothing where it was believed."""
+    """Sentence on the metres of the map that a metre of the odometer was taken for in the end; empty for one."""
     if not beliefs or beliefs[-1].odometer_scale == 1:
         return ""
     return (

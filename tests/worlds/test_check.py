@@ -16,7 +16,7 @@ METAL = "\n[material.metal]\nalbedo = 0.4\nroughness = 0.5\n"
 
 
 def checked(text: str, robot: RobotBox = ROBOT) -> Checkup:
-    """What is found in a plan, besides that its corridor is open at the ends."""
+    """Findings in a plan, but for those of a corridor that is open at its ends."""
     checkup = check_world(parse_plan(text), LIGHT, [robot])
     return replace(checkup, findings=tuple(one for one in checkup.findings if "the building is open" not in one))
 

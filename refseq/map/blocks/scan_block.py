@@ -56,7 +56,7 @@ class ScanBlock:
 
 
 def scans_elsewhere(map_: Map) -> Calibration:
-    """What scans score at places that are not theirs, by the reference's own scans."""
+    """Scores of scans at places that are not theirs, by the reference's own scans."""
     scans: dict[int, LaidScan | None] = {}
     scores = []
     for view, place in pairs_elsewhere(map_, VIEWS, PLACES):
