@@ -82,7 +82,7 @@ class RobotSession:
         self._notes: list[str] = []
         self._losses: set[str] = set()
         self._passed_over: set[int] = set()
-        self._last: View | None = None
+        self._last = math.inf
         self.views = 0
 
     def advertise(self, channels: Iterable[ClientChannel]) -> None:
@@ -159,7 +159,7 @@ class RobotSession:
     def restart(self) -> None:
         """Forget the drive."""
         self._localiser.reset()
-        self._stream, self._last, self.views = None, None, 0
+        self._stream, self._last, self.views = None, math.inf, 0
         self._losses.clear()
 
     def told(self) -> list[str]:
@@ -186,7 +186,7 @@ class RobotSession:
 
     def _tell_of_units(self, view: View) -> None:
         """Note, once, an odometer by which the robot is faster than any."""
-        seconds = 0.0 if self._last is None else view.time - self._last.time
+        seconds = view.time - self._last  # −∞ at a drive's first
         if view.has_odometry and seconds > 0 and abs(view.distance) > FASTEST * seconds:
             self._tell_once([TOO_FAST])
-        self._last = view
+        self._last = view.time
