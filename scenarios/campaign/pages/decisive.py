@@ -160,9 +160,9 @@ def power_line(record: CampaignRecord) -> str:
         f"{shown} of {count} comparisons with the judged method show a difference after Holm's correction, "
         f"{sum(row.shown for row in rows)} before it"
     )
-    enough = next((number for number in range(seeds, MOST_SEEDS) if comparisons_shown(number) >= count), None)
-    if enough == seeds:
+    if comparisons_shown(seeds) >= count:
         return line
+    enough = next((number for number in range(seeds + 1, MOST_SEEDS) if comparisons_shown(number) >= count), None)
     return f"{line}; {seeds} seeds can show none of so many" + (f", {enough} could" if enough else "")
 
 
