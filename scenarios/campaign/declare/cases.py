@@ -38,6 +38,8 @@ SOURCE_KEYS = {"world", "log", "images"}
 """Keys of which each says what kind of source a table is; a query of another kind takes over nothing."""
 EACH_SEED = "SEED"
 """Stands for the seed in a generated world's name."""
+ONLY_SEED = (1,)
+"""Seeds by default where nothing is drawn from them."""
 FURTHER_SEEDS = 2 * QUERY_SEEDS
 """Added to the seed for each further reference drive: neither the same drive as another, nor as a query."""
 
@@ -173,6 +175,8 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
         scenario = schema_type.model.model_validate(table)
     except ValidationError as error:
         raise ScenarioError(first_error(error, schema_type.model)) from error
+    if "seeds" not in scenario.model_fields_set and not scenario.is_drawn:
+        scenario = scenario.model_copy(update={"seeds": ONLY_SEED})
     expectations = tuple(schema_type.expectation(text, scenario) for text in scenario.expect)
     full = f"{path.stem}/{name}" if name else path.stem
     return Case(full, path, values, scenario, expectations)
@@ -238,6 +242,19 @@ def check_chosen_elsewhere(case: Case) -> None:
         refuse_chosen_on(scenario.methods, (of_seed(table.world, seed) for table in tables for seed in scenario.seeds))
 
 
+def check_drawn(case: Case) -> None:
+    """Raise ``ScenarioError`` for several seeds from which nothing is drawn.
+
+    All would have the same views, and what is one drive would be taken for so many when differences are judged.
+    """
+    scenario = case.scenario
+    if len(scenario.seeds) > 1 and not scenario.is_drawn:
+        raise ScenarioError(
+            f"seeds: {list(scenario.seeds)}: nothing is drawn from a seed here, and the same views would be counted "
+            f"{len(scenario.seeds)} times; valid is one seed, such as {list(ONLY_SEED)}"
+        )
+
+
 def _check(case: Case, checked: set[str]) -> None:
     """Raise for a case that cannot be run; drives ``checked`` before are not checked again, as most of a file's are."""
     scenario = case.scenario
@@ -262,6 +279,7 @@ def _check(case: Case, checked: set[str]) -> None:
             f"seeds: {both} are among training_seeds {list(scenario.training_seeds)}; valid are others, on which no "
             "parameter was chosen"
         )
+    check_drawn(case)
     check_chosen_elsewhere(case)
     for side in case.sides:
         with named(side):

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from refseq_bench.scenarios.campaign.declare.cases import Case, check_chosen_elsewhere
+from refseq_bench.scenarios.campaign.declare.cases import Case, check_chosen_elsewhere, check_drawn
 from refseq_bench.scenarios.campaign.declare.drivable import named
 from refseq_bench.scenarios.campaign.declare.expectations import about
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable, SourceTable
@@ -81,6 +81,8 @@ def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
             )
     found = [_with_seeds(case, numbers) for case in cases]
     for case in found:
+        with named(case.name):
+            check_drawn(case)
         check_chosen_elsewhere(case)
     return found
 

@@ -146,6 +146,11 @@ def kind_of(table: object) -> str:
     return next((kind for kind in ("log", "images") if kind in keys), "drive")
 
 
+def is_drawn(table: "DriveTable | LogTable | ImagesTable") -> bool:
+    """Tell whether another seed makes other views: of a simulated drive, or with noise on a log's odometry."""
+    return isinstance(table, DriveTable) or (isinstance(table, LogTable) and table.odometry_noise)
+
+
 SourceTable = Annotated[
     Annotated[DriveTable, Tag("drive")] | Annotated[LogTable, Tag("log")] | Annotated[ImagesTable, Tag("images")],
     Discriminator(kind_of),
@@ -241,8 +246,8 @@ class Declared(Table):
 
     There are ``further`` references where several paths are learnt. A scenario that is not ``blocking`` is run and
     shown, apart, and never makes a campaign fail. ``tags`` are names by which several are asked for. Each of ``seeds``
-    is a drive of every reference and a query drive. Parameters may be chosen on the ``training_seeds`` alone, which are
-    never among them.
+    is a drive of every reference and a query drive; where nothing ``is_drawn`` from them there is one. Parameters may
+    be chosen on the ``training_seeds`` alone, which are never among them.
     """
 
     title: Line
@@ -264,6 +269,11 @@ class Declared(Table):
     def references(self) -> tuple[SourceTable, ...]:
         """All that is learnt."""
         return (self.reference, *self.further)
+
+    @property
+    def is_drawn(self) -> bool:
+        """Another seed makes other views of a reference, or of the query."""
+        return any(map(is_drawn, (*self.references, self.query)))
 
     @property
     def places(self) -> str | None:

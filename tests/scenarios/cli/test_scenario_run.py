@@ -75,7 +75,7 @@ def test_a_real_set_that_is_absent_is_one_line_and_the_rest_runs(
     if home:
         (file.parent / home).mkdir()
         monkeypatch.setenv(DATA, str(file.parent / home))
-    real = 'title = "Real"\nseeds = [1, 2]\n[reference]\nlog = "far/away.clf"\n[query]\nlog = "far/away.clf"\n'
+    real = 'title = "Real"\nseeds = [1, 2]\n[reference]\nlog = "far/away.clf"\nodometry_noise = true\n[query]\n'
     (file.parent / "real.toml").write_text(real)
     answer = refseq("scenario", "run", file.parent / "real.toml", file, "--cache", cache)
     assert answer.code == 0

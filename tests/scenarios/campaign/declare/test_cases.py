@@ -176,6 +176,11 @@ BAD = {
         HEAD + "seeds = [1, 2, 1]\n" + BODY,
         "seeds: [1, 2, 1] holds one twice; valid are seeds that differ",
     ),
+    "seeds of which nothing is drawn": (
+        HEAD + 'seeds = [3, 4]\n[reference]\nlog = "a.log"\n[query]\nimages = "b"\n',
+        "seeds: [3, 4]: nothing is drawn from a seed here, and the same views would be counted 2 times; valid is one "
+        "seed, such as [1]",
+    ),
     "no seeds": (HEAD + "seeds = []\n" + BODY, "seeds holds too little; it should be a list of 1 or more"),
     "one seed": (HEAD + "seeds = 2\n" + BODY, "seeds = 2 is not valid; it should be a list in brackets"),
     "one expectation": (
@@ -528,6 +533,20 @@ def test_noise_on_a_log_s_odometry_differs_from_seed_to_seed_where_it_is_asked_f
     assert case.sources(7) == (Log("a.log", None, 0.0, 7), Log("a.log", "3:9", 0.0, 7 + QUERY_SEEDS))
     case = only_case(tmp_path, HEAD + '[reference]\nlog = "a.log"\n[query]\n')
     assert case.sources(7) == (Log("a.log"), Log("a.log"))
+
+
+@pytest.mark.parametrize(
+    ("sides", "seeds"),
+    [
+        ('[reference]\nlog = "a.log"\n[query]\n', 1),
+        ('[reference]\nimages = "a"\n[query]\nimages = "b"\n', 1),
+        ('[reference]\nlog = "a.log"\n[query]\nodometry_noise = true\n', 5),
+        ('[reference]\nlog = "a.log"\n[[further]]\nodometry_noise = true\n[query]\n', 5),
+        (f'{REFERENCE}[query]\nlog = "a.log"\n', 5),
+    ],
+)
+def test_where_nothing_is_drawn_there_is_one_seed(tmp_path: Path, sides: str, seeds: int) -> None:
+    assert len(only_case(tmp_path, HEAD + sides).scenario.seeds) == seeds
 
 
 TURNED = """index,x,y,theta

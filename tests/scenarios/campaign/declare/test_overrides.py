@@ -138,6 +138,9 @@ def test_recordings_of_others_are_drawn_by_nobody(tmp_path: Path) -> None:
         'title = "T"\n[reference]\nlog = "a.log"\n[query]\nlog = "b.log"\n[localise]\nmethods = ["thesis"]\n'
     )
     assert with_renderer(load(path), RendererKind.BAKED) == load(path)
+    assert [one.scenario.seeds for one in with_seeds(load(path), "7")] == [(7,)]
+    with pytest.raises(ScenarioError, match=r"^real: seeds: \[1, 2\]: nothing is drawn .*; valid is one seed, such as"):
+        with_seeds(load(path), "1,2")
 
 
 APART = """
