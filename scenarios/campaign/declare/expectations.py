@@ -4,7 +4,8 @@
 <= 0.5 * failures of thesis/chain``. A figure's name is one of ``FIGURES``; after it may stand whose it is meant, else
 it is that of the judged method. ``_uniform``, ``_prior`` and ``_hmm`` behind a name mean the stage of the scenario's
 profile. Missions have figures of their own (``mission_figures``), and no stages. A share may be written in per cent,
-and behind a number may stand the figure's unit. ``over N seeds`` says of how many it has to be, at least.
+and behind a number may stand the figure's unit; two figures that are compared have one unit. ``over N seeds`` says of
+how many it has to be, at least.
 """
 
 import re
@@ -80,7 +81,7 @@ def parse(text: str, profile: str | None, known: Vocabulary = FIGURES) -> Expect
     left = reader.term(figure, method)
     if scaled or other:
         factor = 1.0 if number is None else _factor(text, float(number), unit)
-        right: Term | float = reader.term(scaled or other, scaled_method or other_method, factor)
+        right: Term | float = reader.bound_by(left, reader.term(scaled or other, scaled_method or other_method, factor))
     else:
         right = reader.bound(left.figure, float(number), unit)
     if seeds is not None and int(seeds) < 1:
@@ -109,6 +110,16 @@ class _ExpectationParser:
         if not 0 <= share <= 1:
             raise ScenarioError(f"{self.text!r}: {figure} is a share; valid is 0 to 1, or 0 % to 100 %")
         return share
+
+    def bound_by(self, left: Term, right: Term) -> Term:
+        """A figure that bounds another one; both must have one unit, for numbers alone compare whatever they count."""
+        units = [self.known[one.figure].unit for one in (left, right)]
+        if units[0] is not units[1]:
+            raise ScenarioError(
+                f"{self.text!r}: units of {left.figure} ({units[0]}) and {right.figure} ({units[1]}) differ; valid are "
+                "two figures of one unit"
+            )
+        return right
 
     def term(self, figure: str, method: str | None, factor: float = 1.0) -> Term:
         """A figure by its name, with a suffix read as the stage that it means."""

@@ -22,15 +22,17 @@ METHODS = st.sampled_from(
 )
 NUMBERS = st.floats(-1e6, 1e6, allow_nan=False).map(lambda value: value + 0.0)
 LEFT = st.builds(Term, st.sampled_from(sorted(FIGURES)), st.none() | METHODS)
-RIGHT = st.builds(Term, st.sampled_from(sorted(FIGURES)), st.none() | METHODS, NUMBERS)
 
 
 @st.composite
 def expectations(draw: st.DrawFn) -> Expectation:
     left = draw(LEFT)
-    number = {Unit.SHARE: st.floats(0, 1), Unit.NONE: NUMBERS}.get(FIGURES[left.figure].unit, NUMBERS.map(abs))
+    unit = FIGURES[left.figure].unit
+    number = {Unit.SHARE: st.floats(0, 1), Unit.NONE: NUMBERS}.get(unit, NUMBERS.map(abs))
+    same = sorted(name for name, figure in FIGURES.items() if figure.unit is unit)
+    right = st.builds(Term, st.sampled_from(same), st.none() | METHODS, NUMBERS)
     relation = draw(st.sampled_from([">=", "<=", ">", "<"]))
-    one = Expectation("", left, relation, draw(RIGHT | number), draw(st.integers(1, 99)))
+    one = Expectation("", left, relation, draw(right | number), draw(st.integers(1, 99)))
     return replace(one, text=as_text(one))
 
 
@@ -84,6 +86,7 @@ SAME = [
     ("lost_auroc of topometric ≤ 0.9", "lost_auroc", "topometric", "<=", 0.9, 1),
     ("failures_hmm <= 0.5 * failures_uniform", "failures", CHAIN, "<=", Term("failures", UNIFORM, 0.5), 1),
     ("failures <= 50 % of failures of vlad over 2 seeds", "failures", None, "<=", Term("failures", "vlad", 0.5), 2),
+    ("error_p95 <= 3 * error_median of vlad", "error_p95", None, "<=", Term("error_median", "vlad", 3.0), 1),
     ("failures<=50%*failures", "failures", None, "<=", Term("failures", None, 0.5), 1),
     ("success > success of vlad", "success", None, ">", Term("success", "vlad", 1.0), 1),
 ]
@@ -116,6 +119,12 @@ def test_what_people_write(
         ("failures <= 10 %", "'failures <= 10 %': failures is not told in %; valid is views"),
         ("ece <= 5 %", "'ece <= 5 %': ece is not told in %; valid is no unit"),
         ("failures <= 5 m * failures", "'failures <= 5 m * failures': 5 m times a figure is not valid"),
+        (
+            "to_lost <= 2 * success",
+            "'to_lost <= 2 * success': units of to_lost (m) and success (%) differ; valid are two",
+        ),
+        ("success_hmm >= failures", "'success_hmm >= failures': units of success (%) and failures (views) differ; "),
+        ("ece < 5 % of recall_1", "'ece < 5 % of recall_1': units of ece (no unit) and recall_1 (%) differ; valid are"),
         ("success_hmm of vlad >= 0.8", "'success_hmm of vlad >= 0.8': success_hmm is that of thesis/chain already; "),
         ("success >= 0.8 over 0 seeds", "'success >= 0.8 over 0 seeds': over 0 seeds is not valid; it should be 1"),
         ("success >= 0.8 over 1.5 seeds", "'success >= 0.8 over 1.5 seeds' is no expectation"),
