@@ -128,8 +128,8 @@ def _only(cases: "list[Case]", names: Sequence[str]) -> "list[Case]":
 
 Stop with Ctrl-C whenever you like: the same command goes on, since nothing that is in the cache is done again.
 
-Exit codes: 0 all passed; 1 an expectation was missed; 2 something broke. Scenarios that are not blocking never change
-it.""",
+Exit codes: 0 some passed and none failed, though others may have been skipped, which is told; 1 an expectation was
+missed, or all cases were skipped; 2 something broke. Scenarios that are not blocking never change it.""",
 )
 def run(
     scenarios: Names,
@@ -220,13 +220,13 @@ def _tell(results: "Sequence[Judged]") -> None:
 
 
 def _leave(results: "Sequence[Judged]") -> None:
-    """Leave with the code that the worst verdict of the blocking scenarios means."""
+    """Leave with the code that the worst verdict of the blocking scenarios means; nothing judged is no success."""
     from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 
     verdicts = {result.verdict for result in results if result.case.scenario.blocking}
     if Verdict.ERROR in verdicts:
         raise typer.Exit(BROKEN)
-    if Verdict.FAILED in verdicts:
+    if Verdict.FAILED in verdicts or verdicts == {Verdict.SKIPPED}:
         raise typer.Exit(FAILED)
 
 

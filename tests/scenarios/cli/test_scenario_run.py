@@ -9,15 +9,21 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import typer
 
 from refseq_bench.scenarios.campaign import results
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
 from refseq_bench.scenarios.campaign.progress import ProgressLines
 from refseq_bench.scenarios.campaign.run import workers
 from refseq_bench.scenarios.campaign.store.cache import RECORDING, Store
+from refseq_bench.scenarios.cli.scenario import _leave
 from tests.scenarios.campaign.chores import AtOnce, scenario_in
 from tests.scenarios.campaign.run.test_workers import alive, wait_for
 from tests.scenarios.campaign.store.test_cache import needs_root
@@ -95,6 +101,30 @@ def test_fresh_asks_anew_and_meets_a_damaged_recording(refseq: Refseq, file: Pat
     assert f"{recording}: is damaged" in answer.err
     assert "it is made anew" in answer.err
     assert recording.read_bytes() == content  # equal drives give equal recordings, bit for bit
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "code"),
+    [
+        ([], 0),
+        ([Verdict.PASSED], 0),
+        ([Verdict.SKIPPED, Verdict.PASSED], 0),
+        ([Verdict.SKIPPED], 1),
+        ([Verdict.SKIPPED, Verdict.SKIPPED], 1),
+        ([Verdict.SKIPPED, Verdict.FAILED, Verdict.PASSED], 1),
+        ([Verdict.FAILED, Verdict.ERROR, Verdict.SKIPPED], 2),
+    ],
+)
+def test_exit_code_is_no_success_where_nothing_was_judged(verdicts: list[Verdict], code: int) -> None:
+    apart = SimpleNamespace(verdict=Verdict.ERROR, case=case_of(blocking=False))
+    results: Any = [SimpleNamespace(verdict=one, case=case_of(blocking=True)) for one in verdicts]
+    with pytest.raises(typer.Exit) if code else nullcontext() as left:
+        _leave([*results, apart])
+    assert code == (left.value.exit_code if left else 0)
+
+
+def case_of(*, blocking: bool) -> SimpleNamespace:
+    return SimpleNamespace(scenario=SimpleNamespace(blocking=blocking))
 
 
 @pytest.mark.parametrize(("more", "code"), [("blocking = true", 1), ("blocking = false", 0)])
