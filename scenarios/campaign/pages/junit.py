@@ -37,7 +37,7 @@ def junit(record: CampaignRecord) -> JUnitXml:
     found = JUnitXml("refseq scenario run")
     for scenario in dict.fromkeys(case.scenario for case in record.cases):
         cases = [case for case in record.cases if case.scenario == scenario]
-        suite = TestSuite(scenario)
+        suite = TestSuite(_clean(scenario))
         # UTC by the format's definition; its schema has no room for a zone.
         suite.timestamp = record.started.removesuffix("+00:00")
         suite.add_property("title", _clean(cases[0].title))
