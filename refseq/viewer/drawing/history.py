@@ -35,8 +35,9 @@ class History:
 
     def __init__(self, places: int, expect: int | None = None) -> None:
         rows = min(places, CELLS)
-        self._columns = CELLS if expect is None else min(max(1, expect), CELLS)
-        self._stride = 1 if expect is None else math.ceil(max(1, expect) / CELLS)
+        views = CELLS if expect is None else max(1, expect)
+        self._stride = math.ceil(views / CELLS)
+        self._columns = math.ceil(views / self._stride)
         self._count = 0
         self._starts = np.arange(rows) * places // rows
         self._belief = np.zeros((rows, self._columns), np.uint8)

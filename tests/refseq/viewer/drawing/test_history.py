@@ -52,6 +52,14 @@ def test_a_drive_of_any_length_fits_and_keeps_its_shape() -> None:
         assert filled[-1] > 0.45 * WIDTH
 
 
+@pytest.mark.parametrize("views", [1, 100, 160, 161, 200, 319, 320, 321, 1001])
+def test_views_that_were_expected_fill_the_width(views: int) -> None:
+    history = History(1, expect=views)
+    for _view in range(views):
+        history.add(certain(1, 0), None)
+    assert (history.picture()[MARGIN:].sum(axis=2) > 400).all()
+
+
 def test_views_that_say_lost_are_marked_on_top() -> None:
     history = History(10, expect=10)
     for view in range(10):
