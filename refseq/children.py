@@ -64,6 +64,14 @@ def end_tied(process: "subprocess.Popen[bytes]") -> None:
             time.sleep(0.01)
 
 
+def signal_name(number: int) -> str:
+    """A signal's name; of the real-time ones only the first and the last have one."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
 def follow_parent(parent: int) -> None:
     """End this process when the one that started it, ``parent``, is gone: nobody waits for its work any more.
 

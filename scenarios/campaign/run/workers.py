@@ -2,7 +2,6 @@
 
 import multiprocessing
 import os
-import signal
 from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as OutOfTime
@@ -14,6 +13,7 @@ from typing import Protocol, TypeVar
 from pebble import ProcessExpired, ProcessPool
 from pebble.pool.base_pool import PoolStatus
 
+from refseq.children import signal_name
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from refseq_bench.scenarios.campaign.run.tasks import Question, Task, perform
 from refseq_bench.scenarios.campaign.run.worker_init import call_and_trim, init_worker, share
@@ -127,6 +127,6 @@ def broken(task: Task, error: BaseException) -> TaskOutcome:
         )
     if isinstance(error, ProcessExpired):
         code = error.exitcode or 0
-        how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
+        how = f"was killed ({signal_name(-code)})" if code < 0 else f"ended with exit code {code}"
         return TaskOutcome(Verdict.ERROR, f"{task.title}: the worker's process {how}")
     return TaskOutcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")

@@ -12,6 +12,7 @@ import weakref
 from collections import deque
 from collections.abc import Sequence
 
+from refseq.children import signal_name
 from refseq.threads import ONE_THREAD
 from refseq_bench.scenarios.methods.guests import launch
 from refseq_bench.scenarios.methods.guests.folder import GuestCode, GuestFolder
@@ -176,7 +177,7 @@ def _end_in_words(code: int | None) -> str:
         return "the localiser closed its pipe"
     if code >= 0:
         return f"the localiser ended with code {code}"
-    return f"the localiser was ended by {signal.Signals(-code).name}"
+    return f"the localiser was ended by {signal_name(-code)}"
 
 
 def _widen(pipe: int) -> None:

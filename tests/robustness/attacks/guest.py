@@ -151,6 +151,7 @@ ENDS = {
     "os._exit(0)": "the localiser ended with code 0",
     "os._exit(7)": "the localiser ended with code 7",
     "os.kill(os.getpid(), signal.SIGKILL)": "the localiser was ended by SIGKILL",
+    "os.kill(os.getpid(), 40)": "the localiser was ended by signal 40",  # a real-time one: it has no name
     "ctypes.string_at(0)": "the localiser was ended by SIGSEGV",
     "os.abort()": "the localiser was ended by SIGABRT",
     "os.closerange(3, 99) or time.sleep(99)": "the localiser closed its pipe",

@@ -144,6 +144,12 @@ def test_tasks_are_carried_out_in_a_process_that_ends_when_it_is_stopped(tmp_pat
         (question(CRASHING), expired(3), "error", "the worker's process ended with exit code 3"),
         (question("vlad"), expired(-11), "error", "the worker's process was killed (SIGSEGV)"),
         (Chore("a"), expired(-11), "error", "the worker's process was killed (SIGSEGV)"),
+        (
+            Chore("a"),
+            expired(-40),
+            "error",
+            "the worker's process was killed (signal 40)",
+        ),  # a real-time one has no name
         (question(CRASHING), RuntimeError("it\nwas closed"), "error", "RuntimeError: it was closed"),
     ],
 )
