@@ -50,22 +50,37 @@ def write_report(
 
 def facts(comparisons: Sequence[Comparison]) -> list[tuple[str, str, str]]:
     """Short metadata as (key, values of the reference drives, values of the query drives)."""
-    reference = _values(comparison.reference_metadata for comparison in comparisons)
-    query = _values(comparison.query_metadata for comparison in comparisons)
-    keys = sorted({*reference, *query}, key=_key_order)
-    rows = [(key, ", ".join(reference.get(key, (NONE,))), ", ".join(query.get(key, (NONE,)))) for key in keys]
-    return [row for row in rows if row[0] == NOTES or max(map(len, row[1:])) <= LONG_VALUE]
+    sides = _sides(comparisons)
+    keys = sorted({key for side in sides.values() for key in side}, key=_key_order)
+    reference, query = ({key: ", ".join(side.get(key, (NONE,))) for key in keys} for side in sides.values())
+    return [(key, reference[key], query[key]) for key in keys if not _is_long(key, sides)]
 
 
 def details(comparisons: Sequence[Comparison]) -> list[tuple[str, str]]:
-    """Long metadata, such as the resolved configuration, as (which, text)."""
-    found: dict[str, str] = {}
-    for side in ("reference", "query"):
-        values = _values(getattr(comparison, f"{side}_metadata") for comparison in comparisons)
-        found |= {
-            f"{side}: {k}": "\n".join(v) for k, v in values.items() if k != NOTES and len(", ".join(v)) > LONG_VALUE
-        }
-    return sorted(found.items())
+    """Long metadata, such as the resolved configuration, as (which, text); of both sides where one side's is long."""
+    sides = _sides(comparisons)
+    return sorted(
+        (f"{name}: {key}", "\n".join(values))
+        for name, side in sides.items()
+        for key, values in side.items()
+        if _is_long(key, sides)
+    )
+
+
+Sides = Mapping[str, Mapping[str, tuple[str, ...]]]
+"""Values of each key, of the reference drives and of the query drives."""
+
+
+def _sides(comparisons: Sequence[Comparison]) -> Sides:
+    return {
+        "reference": _values(comparison.reference_metadata for comparison in comparisons),
+        "query": _values(comparison.query_metadata for comparison in comparisons),
+    }
+
+
+def _is_long(key: str, sides: Sides) -> bool:
+    """A table's row would be too high; notes are to be read, however long."""
+    return key != NOTES and max(len(", ".join(side.get(key, ()))) for side in sides.values()) > LONG_VALUE
 
 
 def _values(drives: Iterable[Mapping[str, object]]) -> dict[str, tuple[str, ...]]:

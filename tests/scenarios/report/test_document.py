@@ -17,7 +17,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import METHODS
-from refseq_bench.scenarios.report.document import write_report
+from refseq_bench.scenarios.report.document import details, facts, write_report
 from refseq_bench.scenarios.report.plots.confidence import confidence
 from refseq_bench.scenarios.report.plots.errors import errors_along_path
 from refseq_bench.scenarios.report.plots.plan import drive_plan
@@ -168,6 +168,12 @@ def test_long_metadata_is_folded_away(tmp_path: Path, runs: list[Comparison]) ->
     text = written(tmp_path, replace(runs[0], query_metadata={"config": "speed = 0.5; " * 50}))
     assert "<summary>query: config</summary>" in text
     assert "config" not in [row[0] for row in Page(text).rows]
+
+
+def test_metadata_that_are_long_on_one_side_are_told_of_both(runs: list[Comparison]) -> None:
+    one = replace(runs[0], reference_metadata={"odometry": "wheels", "a": 1}, query_metadata={"odometry": "w" * 99})
+    assert facts([one]) == [("a", "1", "n/a")]
+    assert details([one]) == [("query: odometry", "w" * 99), ("reference: odometry", "wheels")]
 
 
 def test_notes_stand_among_what_was_driven_however_long_they_are(tmp_path: Path, runs: list[Comparison]) -> None:
