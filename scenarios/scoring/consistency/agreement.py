@@ -1,12 +1,12 @@
 """Agreement between methods: how often two of them mean the same place.
 
 Of the views at which both give an answer, those at which the two places lie within the tolerance of each other, along
-their drive by its odometer; where that has no odometry, at most ``PLACES`` places apart, or as many as a tolerance in
-pictures says. Where a method has merged
-drives, a place is at the one that holds it.
+their drive by its odometer; where that has no odometry, at most ``PLACES`` places apart. With a tolerance in pictures
+places are counted, odometry or not. Where a method has merged drives, a place is at the one that holds it.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.consistency.answers import OdometricPlaces, given_answers
@@ -24,10 +24,17 @@ def agreement(
     first, second = (given_answers(comparison, method) for method in (one, other))
     _, mine, theirs = np.intersect1d(first.views, second.views, assume_unique=True, return_indices=True)
     agree = np.zeros(len(mine), np.bool_)
-    apart = tolerance.distance if tolerance.unit is LengthUnit.FRAMES else PLACES
     for held_by in (comparison.held_by(one), comparison.held_by(other)):
-        a, b = held_by[first.places[mine]], held_by[second.places[theirs]]
-        agree |= np.abs(places.apart(a, b)) <= tolerance.distance
-        unmeasured = np.isnan(places.along[a]) & (places.drive[a] == places.drive[b])
-        agree |= unmeasured & (np.abs(a - b) <= apart)
+        agree |= _near(places, held_by[first.places[mine]], held_by[second.places[theirs]], tolerance)
     return Proportion(int(agree.sum()), len(agree))
+
+
+def _near(
+    places: OdometricPlaces, one: NDArray[np.intp], other: NDArray[np.intp], tolerance: Tolerance
+) -> NDArray[np.bool_]:
+    """Mark the places that lie within the tolerance of others along one drive (n,)."""
+    between, same_drive = np.abs(one - other), places.drive[one] == places.drive[other]
+    if tolerance.unit is LengthUnit.FRAMES:
+        return np.asarray(same_drive & (between <= tolerance.distance))
+    measured = np.abs(places.apart(one, other)) <= tolerance.distance
+    return np.asarray(measured | (np.isnan(places.along[one]) & same_drive & (between <= PLACES)))

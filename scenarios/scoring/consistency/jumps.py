@@ -5,15 +5,15 @@ travels Δs (by its own). The step is a jump where
 
     |Δa| − Δs > max(2 · tolerance, spacing of the places)
 
-since each of both answers may be off by the tolerance, or by half of the way to the next place. A step between places
-of different drives has no Δa and is none.
+since each of both answers may be off by the tolerance, or by half of the way to the next place. A tolerance in pictures
+is that many spacings. A step between places of different drives has no Δa and is none.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq_bench.scenarios.scoring.consistency.answers import GivenAnswers, OdometricPlaces
-from refseq_bench.scenarios.scoring.path_geometry import Tolerance
+from refseq_bench.scenarios.scoring.path_geometry import LengthUnit, Tolerance
 
 
 def excess(answers: GivenAnswers, places: OdometricPlaces) -> NDArray[np.float64]:
@@ -28,4 +28,10 @@ def excess(answers: GivenAnswers, places: OdometricPlaces) -> NDArray[np.float64
 def jumped(answers: GivenAnswers, places: OdometricPlaces, tolerance: Tolerance) -> NDArray[np.bool_]:
     """Mark the steps from one answer to the next that are jumps, (n − 1,)."""
     with np.errstate(invalid="ignore"):
-        return np.asarray(excess(answers, places) > max(2 * tolerance.distance, places.spacing))
+        return np.asarray(excess(answers, places) > allowed(places, tolerance))
+
+
+def allowed(places: OdometricPlaces, tolerance: Tolerance) -> float:
+    """Excess up to which a step is no jump [m]."""
+    length = places.spacing if tolerance.unit is LengthUnit.FRAMES else 1.0
+    return max(2 * tolerance.distance * length, places.spacing)

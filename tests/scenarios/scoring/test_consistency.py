@@ -86,6 +86,13 @@ def test_a_jump_begins_beyond_twice_the_tolerance() -> None:
     assert consistency(comparison, "one", Tolerance(2.0)).jumps == Proportion(0, 3)
 
 
+@pytest.mark.parametrize("spacing", [0.1, 1.0, 10.0])
+def test_a_jump_begins_beyond_twice_as_many_pictures(spacing: float) -> None:
+    one_picture = Tolerance(1.0, unit=LengthUnit.FRAMES)
+    comparison = told([0, 1, 3, 8], step=spacing, learnt=spacing)  # by 0, 1, and 4 places more than the robot went
+    assert consistency(comparison, "one", one_picture).jumps == Proportion(1, 3)
+
+
 def test_places_far_apart_allow_a_step_of_one_place() -> None:
     # The robot drives 1 m a view past places 10 m apart: the best place moves by one of them at once.
     assert of([t // 10 for t in range(40)], step=1.0, learnt=10.0).jumps == Proportion(0, 39)
@@ -189,8 +196,13 @@ def test_methods_agree_within_the_tolerance_along_the_map() -> None:
     # Without odometry places are counted: two apart still agree.
     blind = told(one, lost=[0], learnt=0.0, other=other)
     assert consistency(blind, "one").agreement == Proportion(7, 9)
-    frames = Tolerance(9.0, unit=LengthUnit.FRAMES)
-    assert consistency(blind, "one", frames).agreement == Proportion(9, 9)
+    for pictures, agreed in ((1.0, 5), (2.0, 7), (9.0, 9)):  # of a tolerance in pictures places are counted always
+        frames = Tolerance(pictures, unit=LengthUnit.FRAMES)
+        found = [
+            consistency(each, "one", frames).agreement
+            for each in (comparison, blind, told(one, lost=[0], learnt=0.1, other=other))
+        ]
+        assert found == [Proportion(agreed, 9)] * 3
 
 
 def test_a_place_taken_out_is_at_the_one_that_holds_it() -> None:
