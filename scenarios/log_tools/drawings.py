@@ -19,7 +19,6 @@ from refseq_bench.scenarios.report.plots.style import (
     draw_grid,
     new_figure,
     page_style,
-    plain_text,
     with_legend,
 )
 
@@ -45,7 +44,7 @@ def path_drawing(paths: Mapping[str, NDArray[np.float64]]) -> Plot:
     draw_grid(axes)
     for (label, path), colour, line in zip(paths.items(), (BELIEF, TRUTH, WALL), ("-", "--", ":"), strict=False):
         shown = path[:: max(1, len(path) // POINTS)]
-        axes.plot(shown[:, 0], shown[:, 1], line, color=colour, linewidth=1.4, label=plain_text(label))
+        axes.plot(shown[:, 0], shown[:, 1], line, color=colour, linewidth=1.4, label=label)
         axes.plot(*path[0, :2], "o", color=colour, markersize=6, markerfacecolor="none")
     axes.margins(0.06)
     return with_legend(figure)
@@ -57,7 +56,7 @@ def timeline(rows: Sequence[TimelineRow], start: float) -> Plot:
     figure = new_figure(0.8 + 0.32 * len(rows))
     axes = figure.add_subplot(xlabel="time [s]", ylim=(len(rows) - 0.4, -0.6))
     draw_grid(axes)
-    axes.set_yticks(range(len(rows)), [plain_text(shortened(row.topic)) for row in rows])
+    axes.set_yticks(range(len(rows)), [shortened(row.topic) for row in rows])
     for number, row in enumerate(rows):
         _draw_topic(axes, number, row, start)
     axes.tick_params(axis="y", length=0)

@@ -22,6 +22,7 @@ from refseq.inference.matching.information import (
     view_information,
 )
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
 
 PICTURES = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -164,7 +165,10 @@ def draw(path: Path, matrix: IncidenceMatrix, title: str) -> None:
     a diagonal. Where a pixel stands for many features or places it is as dark as their share of sightings.
     """
     metadata = PICTURES[path.suffix.lower()]
-    with mpl.rc_context({"font.size": 8, "axes.titlesize": 8, "svg.hashsalt": "refseq"}), replacing_at(path) as drawn:
+    with (
+        mpl.rc_context({**AS_WRITTEN, "font.size": 8, "axes.titlesize": 8, "svg.hashsalt": "refseq"}),
+        replacing_at(path) as drawn,
+    ):
         _figure(matrix, title).savefig(drawn, dpi=DPI, facecolor="white", metadata=metadata)
 
 

@@ -13,6 +13,7 @@ from refseq.files import replacing_at
 from refseq.map.map import Map
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.maps.matrix import PICTURES
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 
 WIDTH, DPI = 9.0, 120
 """Of the picture [inch], and its dots an inch."""
@@ -65,7 +66,7 @@ def draw_plan(file: Path, map_: Map) -> None:
     paths = [path for path in map_.paths if len(path.poses)]
     spots = np.concatenate([path.poses[:, :2] for path in paths])
     width, height = np.ptp(spots, axis=0) + 1.0
-    with mpl.rc_context({"font.size": 8, "svg.hashsalt": "refseq"}), replacing_at(file) as drawn:
+    with mpl.rc_context({**AS_WRITTEN, "font.size": 8, "svg.hashsalt": "refseq"}), replacing_at(file) as drawn:
         figure = Figure(figsize=(WIDTH, float(np.clip(WIDTH * height / width, 3.0, 12.0)) + 0.8), layout="constrained")
         axes = figure.add_subplot()
         for number, path in enumerate(paths):

@@ -17,6 +17,7 @@ from refseq.atlas.similarity import view_similarity
 from refseq.files import replacing, replacing_at
 from refseq.map.map import Map
 from refseq_bench.scenarios.maps.matrix import DPI, PICTURES
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 
 WIDE = 11.0
 """Width of the picture [inches]."""
@@ -48,7 +49,10 @@ def write_arrays(path: Path, found: Similarity) -> None:
 def draw(path: Path, found: Similarity, decisions: Sequence[Decision]) -> None:
     """Both matrices with the other sequence upwards, brighter where views are more alike, and the stretches on them."""
     metadata = PICTURES[path.suffix.lower()]
-    with mpl.rc_context({"font.size": 9, "axes.titlesize": 9, "svg.hashsalt": "refseq"}), replacing_at(path) as drawn:
+    with (
+        mpl.rc_context({**AS_WRITTEN, "font.size": 9, "axes.titlesize": 9, "svg.hashsalt": "refseq"}),
+        replacing_at(path) as drawn,
+    ):
         _figure(found, decisions).savefig(drawn, dpi=DPI, facecolor="white", metadata=metadata)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.library import LIBRARY
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def lamp_plan(asked: LampRun, found: "Sequence[BehaviourResult]") -> "Figure":
     handles = [handle for handle in below.legend_handles if handle is not None]
     texts = [text.get_text() for text in below.get_texts()]
     below.remove()
-    with mpl.rc_context({"font.size": 9, "svg.fonttype": "none"}):
+    with mpl.rc_context({**AS_WRITTEN, "font.size": 9, "svg.fonttype": "none"}):
         figure.legend(handles, texts, loc="outside right upper", frameon=False)
         for number, done in enumerate(found, 1):
             x, y, heading = done.path[-1]

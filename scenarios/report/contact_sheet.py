@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+
 COLUMNS = 4
 CELL = 3.2
 """Width of an image on the sheet [inch]."""
@@ -27,7 +29,7 @@ def contact_sheet(title: str, frames: Sequence[CaptionedImage]) -> Figure:
     high, wide = frames[0].image.shape
     rows, height = -(-len(frames) // COLUMNS), CELL * high / wide
     width, tall = COLUMNS * CELL, rows * (height + FOOT) + FOOT
-    with mpl.rc_context({"font.size": 10}):
+    with mpl.rc_context({**AS_WRITTEN, "font.size": 10}):
         figure = Figure(figsize=(width, tall), dpi=100, facecolor="white")
         figure.suptitle(title, y=1 - 0.15 / tall)
         for number, frame in enumerate(frames):

@@ -18,6 +18,7 @@ from refseq_bench.robots.behaviours import BehaviourOutcome, RobotDescription
 from refseq_bench.robots.behaviours.written import ParsedBehaviour, make_behaviour, parse_behaviour
 from refseq_bench.robots.robot import Shape
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -158,7 +159,7 @@ def behaviour_plan(asked: BehaviourDrive, found: Sequence[BehaviourResult]) -> F
     low, high = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
     width, height = high - low
     scale = min(12.0 / width, 8.0 / height)
-    with mpl.rc_context({"font.size": 9, "svg.fonttype": "none"}):
+    with mpl.rc_context({**AS_WRITTEN, "font.size": 9, "svg.fonttype": "none"}):
         figure = Figure(figsize=(scale * width + 1.0, scale * height + 1.2), dpi=100, layout="constrained")
         axes = figure.add_subplot(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         for line in outline_of(plan):

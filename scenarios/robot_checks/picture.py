@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from refseq_bench import robots
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 from refseq_bench.scenarios.robot_checks.body import Body
 from refseq_bench.scenarios.robot_checks.drawings import MEASURE, SOURCE, draw_views
 from refseq_bench.sim.acceptance.floor import empty_floor
@@ -33,7 +34,7 @@ def picture(body: Body, renderer: RendererKind = DEFAULT_RENDERER) -> Figure:
     """Draw the robot ``body`` is the model of."""
     name = body.robot.name
     seen = _seen(name, renderer)
-    with mpl.rc_context({"font.size": 9, "svg.fonttype": "none"}):
+    with mpl.rc_context({**AS_WRITTEN, "font.size": 9, "svg.fonttype": "none"}):
         figure = Figure(figsize=(WIDTH, HEIGHT), dpi=140, facecolor="white")
         draw_views(figure.add_axes((0.005, 0.02, 0.575, 0.96)), body)
         side = STILL * WIDTH / HEIGHT

@@ -5,6 +5,7 @@ import math
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.sim.acceptance.umbmark import Direction, Umbmark
 
@@ -40,7 +41,7 @@ def _title(found: Umbmark) -> str:
 
 def umbmark_picture(found: Umbmark) -> Figure:
     """Draw by how much the odometer was off at each square's end, and the centres of both ways round."""
-    with mpl.rc_context({"font.size": 9, "svg.fonttype": "none"}):
+    with mpl.rc_context({**AS_WRITTEN, "font.size": 9, "svg.fonttype": "none"}):
         figure = Figure(figsize=(7.0, 6.0), dpi=100, layout="constrained")
         axes = figure.add_subplot(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", title=_title(found))
         axes.axhline(0, color="#b0b0b0", lw=0.6, zorder=0)

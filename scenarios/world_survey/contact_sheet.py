@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
 from refseq_bench.scenarios.world_survey.snapshots import Snapshot
 
 CELL = (3.2, 2.4)
@@ -21,7 +22,7 @@ def contact_sheet(title: str, shots: Sequence[Snapshot]) -> Figure:
     rows = [(shot.along, camera) for shot in shots if shot.light == lights[0] for camera in shot.images]
     images = {(shot.light, shot.along, camera): image for shot in shots for camera, image in shot.images.items()}
     width, height = CELL[0] * len(lights) + EDGE, CELL[1] * len(rows) + 1.5 * EDGE
-    with mpl.rc_context({"font.size": 10}):
+    with mpl.rc_context({**AS_WRITTEN, "font.size": 10}):
         figure = Figure(figsize=(width, height), dpi=100, facecolor="white")
         figure.suptitle(title, y=1 - 0.2 / height, fontsize=12)
         box = (EDGE / width, 0.0, 1.0, 1.0 - 1.5 * EDGE / height)

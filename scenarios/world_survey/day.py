@@ -128,11 +128,11 @@ def day_curve(title: str, found: Sequence[Recall]) -> Figure:
     cameras = list(dict.fromkeys(r.camera for r in found))
     with mpl.rc_context({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}):
         figure = Figure(figsize=(9, 2.4 * len(cameras) + 2.2), layout="constrained", facecolor="white")
-        figure.suptitle(title)
+        figure.suptitle(title, parse_math=False)
         *panels, light = figure.subplots(len(cameras) + 1, 1, sharex=True)
         for axes, camera in zip(panels, cameras, strict=True):
             _lines(axes, [r for r in found if r.camera == camera], "share", 100)
-            axes.set_title(f"{camera}", loc="left", fontsize=10)
+            axes.set_title(camera, loc="left", fontsize=10, parse_math=False)
             axes.set(ylim=(0, 100), ylabel="found again [%]")
         _lines(light, [r for r in found if r.camera == cameras[0]], "lux", 1)
         light.set(yscale="log", ylabel="light [lx]", xlabel="hour of the day [h]")

@@ -34,6 +34,7 @@ LETTERS = 6.0
 
 RC: dict[Any, Any] = {
     "svg.fonttype": "none",
+    "text.parse_math": False,  # names from outside are drawn as they are written
     "svg.hashsalt": "worlds",
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],

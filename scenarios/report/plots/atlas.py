@@ -21,7 +21,6 @@ from refseq_bench.scenarios.report.plots.style import (
     as_svg,
     new_figure,
     page_style,
-    plain_text,
     with_legend,
 )
 from refseq_bench.scenarios.report.plots.truth import positions_of
@@ -67,7 +66,7 @@ def _draw_drive(
     kept = merging.held_by[views] == views
     axes.plot(*drawn[views].T, color=colour, linewidth=0.6, alpha=0.7)
     look: Mapping[str, Any] = {"color": colour, "markersize": 3, "markeredgewidth": 0.6}
-    label = f"{plain_text(name)} ({int(kept.sum())} of {len(kept)})"
+    label = f"{name} ({int(kept.sum())} of {len(kept)})"
     axes.plot(*drawn[views[kept]].T, marker, label=label, **look)
     axes.plot(*drawn[views[~kept]].T, marker, markerfacecolor="none", **look)
 
@@ -89,7 +88,7 @@ def which_drive(comparison: Comparison, methods: Sequence[str], within: Toleranc
     path = path_of(comparison)
     by = passing(path, path.near(comparison.query_views, within))
     told = not missing_truth(comparison)
-    names = [*map(plain_text, comparison.drives.names if comparison.drives else ("",)), "lost"]
+    names = [*(comparison.drives.names if comparison.drives else ("",)), "lost"]
     high = 0.35 + 0.16 * len(names)
     figure = new_figure(high * len(methods) + 0.9)
     panels = figure.subplots(len(methods), 1, sharex=True, squeeze=False)[:, 0]

@@ -27,7 +27,6 @@ from refseq_bench.scenarios.report.plots.style import (
     legend_entry,
     new_figure,
     page_style,
-    plain_text,
 )
 from refseq_bench.scenarios.report.plots.truth import draw_truth
 from refseq_bench.scenarios.scoring.comparison import Comparison, Drives, method_label
@@ -97,7 +96,7 @@ def _mark_drives(panels: NDArray[Any], drives: Drives) -> None:
             axes.axhline(stretch.start - 0.5, color=INK, alpha=0.35, linewidth=0.6)
     for axes in panels[:, 0]:
         middles = [(stretch.start + stretch.stop - 1) / 2 for stretch in drives.stretches]
-        axes.set_yticks(middles, [plain_text(name) for name in drives.names], fontsize=8)
+        axes.set_yticks(middles, drives.names, fontsize=8)
         axes.tick_params(axis="y", length=0)
         axes.set_ylabel("places of each drive, in their order")
 

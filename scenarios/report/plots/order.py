@@ -14,7 +14,6 @@ from refseq_bench.scenarios.report.plots.style import (
     method_styles,
     new_figure,
     page_style,
-    plain_text,
     with_legend,
 )
 
@@ -41,11 +40,11 @@ def real_over_twin(panels: Sequence[OrderPanel], methods: Sequence[str], figure:
     grid = drawing.subplots(rows, COLUMNS, squeeze=False)
     styles = method_styles(methods)
     for axes, panel in zip(grid.flat, panels, strict=False):
-        axes.set(title=plain_text(panel.name), xlim=(-4, 104), ylim=(-4, 104), aspect="equal")
+        axes.set(title=panel.name, xlim=(-4, 104), ylim=(-4, 104), aspect="equal")
         axes.plot([0, 100], [0, 100], color=INK, alpha=0.3, linewidth=0.8)
         for method, twin, real in zip(methods, 100 * panel.twin, 100 * panel.real, strict=True):
             colour, _, marker = styles[method]
-            label = plain_text(method) if panel is panels[0] else "_"
+            label = method if panel is panels[0] else "_"
             axes.plot(twin, real, marker, color=colour, markersize=7, markeredgewidth=1.6, alpha=0.8, label=label)
         draw_grid(axes)
     for axes in list(grid.flat)[len(panels) :]:

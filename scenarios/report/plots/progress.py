@@ -17,7 +17,6 @@ from refseq_bench.scenarios.report.plots.style import (
     method_styles,
     new_figure,
     page_style,
-    plain_text,
     with_legend,
 )
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
@@ -118,5 +117,5 @@ def _label(axes: Axes, comparison: Comparison, heights: NDArray[np.float64], pla
         for stretch in comparison.stretches[1:]:
             axes.axhline(heights[stretch.start], color=INK, alpha=0.35, linewidth=0.6)
         middles = [float(heights[stretch].mean()) for stretch in comparison.stretches]
-        axes.set_yticks(middles, [plain_text(name) for name in comparison.drives.names], fontsize=8)
+        axes.set_yticks(middles, comparison.drives.names, fontsize=8)
         axes.set_ylabel("places of each drive, in their order")

@@ -62,8 +62,12 @@ DRIVE_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 """Of drives, one after the other; as there are more colours than markers, 56 drives are told apart, and the first seven
 without colour."""
 
+AS_WRITTEN: dict[Any, Any] = {"text.parse_math": False}
+"""Draws names from outside as they are: matplotlib would take what stands between dollars for mathematics."""
+
 page_style = mpl.rc_context(
     {
+        **AS_WRITTEN,
         "svg.fonttype": "none",
         "svg.hashsalt": "refseq",
         "font.family": "sans-serif",
@@ -160,7 +164,7 @@ def legend_entry(handle: Any, label: str) -> LegendEntry:
     figure = Figure(figsize=(0.34, 0.17))
     look = {"borderpad": 0, "borderaxespad": 0, "handletextpad": 0, "handlelength": 2.4}
     figure.legend([handle], [""], loc="center", **look)
-    return LegendEntry(as_svg(figure), label.replace(r"\$", "$"))
+    return LegendEntry(as_svg(figure), label)
 
 
 def method_styles(methods: Iterable[str]) -> dict[str, MethodStyle]:
@@ -178,11 +182,6 @@ def draw_grid(*panels: Axes) -> None:
     """A faint grid behind what is drawn."""
     for axes in panels:
         axes.grid(color=INK, alpha=0.12, linewidth=0.6)
-
-
-def plain_text(name: str) -> str:
-    """A name from outside as it is written: matplotlib takes what stands between dollars for mathematics."""
-    return name.replace("$", r"\$")
 
 
 def as_svg(figure: Figure) -> str:

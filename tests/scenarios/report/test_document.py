@@ -1,4 +1,5 @@
 import base64
+import io
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,9 +16,12 @@ from refseq.belief import Stage, Timings
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.planar import Pose
 from refseq.view import View
+from refseq_bench import scenarios
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import METHODS
+from refseq_bench.scenarios.report.contact_sheet import CaptionedImage, contact_sheet
 from refseq_bench.scenarios.report.document import details, facts, write_report
+from refseq_bench.scenarios.report.plots.belief import belief_heatmaps
 from refseq_bench.scenarios.report.plots.confidence import confidence
 from refseq_bench.scenarios.report.plots.errors import errors_along_path
 from refseq_bench.scenarios.report.plots.plan import drive_plan
@@ -168,6 +172,22 @@ def test_long_metadata_is_folded_away(tmp_path: Path, runs: list[Comparison]) ->
     text = written(tmp_path, replace(runs[0], query_metadata={"config": "speed = 0.5; " * 50}))
     assert "<summary>query: config</summary>" in text
     assert "config" not in [row[0] for row in Page(text).rows]
+
+
+@pytest.mark.parametrize("name", ["./my$loc_$x", r"./$\frac$", r"a\$b"])
+def test_names_are_drawn_as_they_are_written_whatever_stands_between_dollars(runs: list[Comparison], name: str) -> None:
+    run = replace(runs[0], beliefs={name: runs[0].beliefs[Stage.CHAIN], "n": runs[0].beliefs[Stage.PRIOR]})
+    assert f">{name}</text>" in belief_heatmaps(run, None, WIDE).svg
+    assert confidence(run, None, WIDE).legend[0].label == name
+    sheet = contact_sheet(name, [CaptionedImage(np.zeros((4, 4), np.uint8), name)])
+    sheet.savefig(io.BytesIO(), format="png")
+
+
+def test_nothing_is_drawn_with_names_taken_for_mathematics() -> None:
+    """Drawings that are not of the page's style say it for themselves."""
+    for file in Path(scenarios.__file__).parent.rglob("*.py"):
+        text = file.read_text()
+        assert "mpl.rc_context(" not in text or "AS_WRITTEN" in text or "parse_math=False" in text, file
 
 
 def test_metadata_that_are_long_on_one_side_are_told_of_both(runs: list[Comparison]) -> None:
