@@ -1,5 +1,6 @@
 """The command ``refseq scenario search``."""
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -68,8 +69,11 @@ def search(
         at_once = False
     finally:
         executor.close(at_once=at_once)
-    told = f"refseq scenario search {scenario} --method {method} --budget {budget} --seed {seed} --enough {enough:g}"
-    told += "".join(f" --dial {one}" for one in dial or ()) + (f" --seeds {seeds}" if seeds else "")
+    other = None if renderer is CameraRenderer.BAKED else renderer
+    told = _as_typed(
+        scenario, method=method, budget=budget, seed=seed, enough=f"{enough:g}", dial=dial, seeds=seeds or None,
+        renderer=other,
+    )  # fmt: skip
     with writing(output):
         files = write_search(found, case, dials, output, told=told, enough=enough / 100)
     say(out, f"worst: {found_words(found.worst)}")
@@ -79,6 +83,15 @@ def search(
         say(out, f"smallest change: {found_words(found.smallest)}")
     for file in files:
         say(out, f"{file} is written")
+
+
+def _as_typed(scenario: str, **options: object) -> str:
+    """The command that seeks this again, an option for each that is given, and for each entry of a list."""
+    words = ["refseq", "scenario", "search", scenario]
+    for name, given in options.items():
+        for one in given if isinstance(given, list) else [given]:
+            words += [] if one is None else [f"--{name}", str(one)]
+    return shlex.join(words)
 
 
 def _easy_point(scenario: str, method: str, seeds: str | None, renderer: CameraRenderer) -> "Case":

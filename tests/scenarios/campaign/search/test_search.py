@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.cases import load
+from refseq_bench.scenarios.campaign.search import search as searching
 from refseq_bench.scenarios.campaign.search.dials import Point, Scale, at_point, dials_of
 from refseq_bench.scenarios.campaign.search.found_files import scenario_text
-from refseq_bench.scenarios.campaign.search.search import search
+from refseq_bench.scenarios.campaign.search.search import SearchResult, search
 from refseq_bench.scenarios.campaign.search.seek import Found, Prober, seek
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.errors import ScenarioError
@@ -106,6 +107,35 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     assert line in answer.err
     assert len(answer.err.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        ((), ""),
+        (("--renderer", "baked"), ""),
+        (("--renderer", "classic"), " --renderer classic"),
+        (
+            ("--renderer", "filament", "--seeds", "2, 3", "--dial", "people=0:0.5", "--dial", "operator"),
+            " --dial people=0:0.5 --dial operator --seeds '2, 3' --renderer filament",
+        ),
+    ],
+)
+def test_what_is_found_tells_the_whole_command(
+    more: tuple[str, ...], told: str, tmp_path: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(searching, "search", lambda *_, **__: SearchResult((EASY,), EASY, EASY))
+    scenario_in(tmp_path)
+    answer = refseq("scenario", "search", "tiny.toml", "--method", "vlad", "--budget", 3, "-o", "out", *more)
+    assert answer.code == 0, answer.err
+    command = f"refseq scenario search tiny.toml --method vlad --budget 3 --seed 1 --enough 80{told}"
+    notes = [tomllib.loads(file.read_text())["note"] for file in tmp_path.glob("out/*.toml")]
+    assert len(notes) == 2
+    assert all(note.startswith(f"Found by `{command}`: ") for note in notes)
+
+
+EASY = Found({}, 0.5, 0.5)
 
 
 def test_search_of_several_cases_or_of_a_mission_is_refused(tmp_path: Path, refseq: Refseq) -> None:
