@@ -8,6 +8,7 @@ and behind a number may stand the figure's unit; two figures that are compared h
 how many it has to be, at least.
 """
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -61,7 +62,7 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 _FORM = re.compile(
     rf"\s*{_TERM}\s*(>=|<=|>|<|≥|≤)\s*"
     rf"(?:({_NUMBER})\s*(%|ms|m|s|views?)?(?:\s*(?:\*|(?<=%)\s*of\s)\s*{_TERM})?|{_TERM})"
-    r"(?:\s+over\s+(\d+)\s+seeds?)?\s*",
+    r"(?:\s+over\s+(\d{1,9})\s+seeds?)?\s*",
     re.ASCII,
 )
 FORM = "FIGURE [of METHOD] >=|<=|>|< NUMBER [UNIT], [NUMBER *] FIGURE [of METHOD], and after it [over N seeds]"
@@ -77,6 +78,8 @@ def parse(text: str, profile: str | None, known: Vocabulary = FIGURES) -> Expect
     if not found:
         raise ScenarioError(f"{text!r} is no expectation; valid is {FORM}, as in 'success_hmm >= 80 % over 5 seeds'")
     figure, method, sign, number, unit, scaled, scaled_method, other, other_method, seeds = found.groups()
+    if number is not None and math.isinf(float(number)):
+        raise ScenarioError(f"{text!r}: {number} is not valid; it should be finite")
     reader = _ExpectationParser(text, profile, known)
     left = reader.term(figure, method)
     if scaled or other:

@@ -66,9 +66,17 @@ def _valid(loc: Location, model: type[Declared]) -> tuple[str, ...]:
             return _valid_of_source(inside)
         case ["localise", "signal_faults", int()]:
             return tuple(field.name for field in fields(SignalFault))
-        case [str(table)]:
-            return tuple(model.model_fields[table].annotation.model_fields)  # type: ignore[union-attr]
+        case [str(table), *inside]:
+            return _valid_of_table(model.model_fields[table].annotation, inside)
     return ()
+
+
+def _valid_of_table(table: object, inside: Location) -> tuple[str, ...]:
+    """Keys of a table, or of the one in it that is ``inside``."""
+    for name in inside:
+        field = getattr(table, "model_fields", {}).get(name)
+        table = field.annotation if field else None
+    return tuple(getattr(table, "model_fields", ()))
 
 
 def _valid_of_source(inside: Location) -> tuple[str, ...]:

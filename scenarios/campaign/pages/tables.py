@@ -19,10 +19,11 @@ table, by the row or by the column.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from statistics import fmean
+from string import Formatter
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -219,13 +220,21 @@ def _shown(show: str, source: CellSource, place: str) -> str:
     """A cell's text."""
     values = _values(source.method, len(source.case.seeds))
     try:
+        _check_known(show, values)
         return show.format_map({name: _Absent() if value is None else value for name, value in values.items()})
     except (KeyError, AttributeError) as error:
         raise ScenarioError(f"{place}: {show!r} shows {error}; valid are {', '.join(values)}") from error
-    except (ValueError, IndexError) as error:
+    except (ValueError, IndexError, TypeError) as error:
         raise ScenarioError(
             f"{place}: {show!r} cannot be shown: {error}; valid is as in '{{success:.1f}} %'"
         ) from error
+
+
+def _check_known(show: str, known: Collection[str]) -> None:
+    """Raise ``KeyError`` for a name that is not known, as is an attribute or an entry of one that is."""
+    for _, name, *_ in Formatter().parse(show):
+        if name and name not in known:
+            raise KeyError(name)
 
 
 class _Absent:

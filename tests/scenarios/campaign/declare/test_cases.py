@@ -230,6 +230,10 @@ BAD = {
         GOOD + "[localise]\nlearn.features = []\n",
         "localise.learn.features holds too little; it should be a list of 1 or more",
     ),
+    "an unknown key of a table in a table": (
+        GOOD + "[localise.learn]\nword = 1.0\n",
+        "localise.learn.word: is not known here; valid are features, words, alike",
+    ),
     "no words": (GOOD + "[localise]\nlearn.words = 0\n", "localise.learn.words = 0 is not valid"),
     "words in per cent": (GOOD + "[localise]\nlearn.words = 50\n", "localise.learn.words = 50 is not valid"),
     "places that are too alike": (

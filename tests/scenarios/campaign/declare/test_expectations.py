@@ -127,6 +127,8 @@ def test_what_people_write(
         ("ece < 5 % of recall_1", "'ece < 5 % of recall_1': units of ece (no unit) and recall_1 (%) differ; valid are"),
         ("success_hmm of vlad >= 0.8", "'success_hmm of vlad >= 0.8': success_hmm is that of thesis/chain already; "),
         ("success >= 0.8 over 0 seeds", "'success >= 0.8 over 0 seeds': over 0 seeds is not valid; it should be 1"),
+        (f"success >= 0.8 over {5000 * '9'} seeds", f"'success >= 0.8 over {5000 * '9'} seeds' is no expectation"),
+        ("failures <= 1e999", "'failures <= 1e999': 1e999 is not valid; it should be finite"),
         ("success >= 0.8 over 1.5 seeds", "'success >= 0.8 over 1.5 seeds' is no expectation"),
     ],
 )
