@@ -18,6 +18,7 @@ _KINDS = mujoco.mjtWarning
 _BAD = [int(kind) for kind in (_KINDS.mjWARN_BADQPOS, _KINDS.mjWARN_BADQVEL, _KINDS.mjWARN_BADQACC)]
 _NAMES = ("positions", "velocities", "accelerations")
 _KEPT = mujoco.mjtState.mjSTATE_INTEGRATION
+_FRAMES = (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_comVel)
 
 
 class Physics:
@@ -49,6 +50,16 @@ class Physics:
             self._stand_still("positions or velocities", self.data.time)
         elif self.fault is None:
             self._keep()
+
+    def update_frames(self) -> None:
+        """Bring frames and velocities of bodies up to the positions: a step leaves them as they were at its beginning.
+
+        The next step starts with the same reckoning, so it goes as it would have gone.
+        """
+        self.look()
+        if self.fault is None:
+            for stage in _FRAMES:
+                stage(self.model, self.data)
 
     def step(self, count: int) -> None:
         """Go on by so many steps."""

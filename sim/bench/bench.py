@@ -195,6 +195,7 @@ class Bench(Closing):
             self._physics.look()
             self._hardware.apply(self.control.tick(self.tamper(self._signals())))
             yield self._due
+        self._physics.update_frames()
 
     def _signals(self) -> Signals:
         signals = self._hardware.signals(self.scan() if self.control.needs_scan else None)

@@ -97,6 +97,26 @@ def test_truth_is_the_pose_of_the_axle(corridor: World) -> None:
         assert 0.5 < truth.heading < 0.9
 
 
+@pytest.mark.parametrize("robot", robots.names())
+def test_truth_and_sensors_are_where_the_robot_is_now_and_it_goes_as_if_nobody_looked(
+    corridor: World, robot: str
+) -> None:
+    plain, looked = (Bench(corridor, robots.load(robot), settings=BLIND) for _ in range(2))
+    plain._physics.update_frames = lambda: None  # type: ignore[method-assign]
+    with plain, looked:
+        for bench in (plain, looked):
+            drive(bench, Twist(0.5, 0.2), 2.0)
+        sensors = robots.load(robot).cameras
+        pose, eyes = looked.pose, [looked.data.camera(f"{robot}/{name}").xpos.copy() for name in sensors]
+        mast, velocity = looked.data.site(f"{robot}/laser").xpos.copy(), looked.data.cvel.copy()
+        mujoco.mj_forward(looked.model, looked.data)
+        assert pose == looked.pose != plain.pose
+        assert np.array_equal(eyes, [looked.data.camera(f"{robot}/{name}").xpos for name in sensors])
+        assert np.array_equal(mast, looked.data.site(f"{robot}/laser").xpos)
+        assert np.array_equal(velocity, looked.data.cvel)
+        assert np.array_equal(plain.data.qpos, looked.data.qpos)
+
+
 def test_the_motion_of_views_is_that_of_the_true_path_but_for_slip_and_calibration(corridor: World) -> None:
     with bench_in(corridor) as bench:
         first, views = bench.sense(), []
