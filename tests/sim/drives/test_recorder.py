@@ -18,6 +18,7 @@ from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import (
     PATIENCE,
+    ROUNDING,
     STANDSTILL,
     Moved,
     RecordedView,
@@ -64,11 +65,21 @@ def test_a_trigger_fires_when_one_of_its_limits_is_reached(
     if distance is turn is time is None:
         return
     reached = [
-        distance is not None and went >= distance,
-        turn is not None and abs(turned) >= turn,
-        time is not None and passed >= time,
+        distance is not None and went >= distance * (1 - ROUNDING),
+        turn is not None and abs(turned) >= turn * (1 - ROUNDING),
+        time is not None and passed >= time * (1 - ROUNDING),
     ]
     assert Trigger(distance, turn, time).fires(Moved(went, turned, passed)) == any(reached)
+
+
+@pytest.mark.parametrize("periods", [10, 20, 100, 2500, 90_000])
+def test_a_time_of_whole_control_periods_is_kept_though_their_sum_is_rounded(periods: int) -> None:
+    trigger, moved, still = Trigger(distance=None, time=round(periods * CONTROL_PERIOD, 2)), Moved(), Pose(0, 0, 0)
+    for _ in range(periods - 1):
+        moved.time += CONTROL_PERIOD  # as ``add`` does; Python's own sum makes up for rounding
+    assert not trigger.fires(moved)
+    moved.add(still, still, CONTROL_PERIOD)
+    assert trigger.fires(moved)
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
