@@ -24,6 +24,8 @@ SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 ROLES = int(mujoco.mjtTextureRole.mjNTEXROLE)
 EMISSIVE = int(mujoco.mjtTextureRole.mjTEXROLE_EMISSIVE)
+BLACKEST = 1e-6
+"""Least remission that a geom can tell: MuJoCo gives 0 to those that tell none. From 0.1 m on no laser sees it."""
 Draw = Callable[[], Image]
 """Draws a picture when it is needed."""
 UNIT_BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -99,6 +101,10 @@ class Site:
         )
         texture.colorspace = mujoco.mjtColorSpace.mjCOLORSPACE_SRGB
         texture.data = np.repeat(image, 3).tobytes()  # Filament takes no one-channel textures
+
+    def _stated(self, material: str) -> float:
+        """A material's remission as its geoms tell it."""
+        return max(self._echo[material], BLACKEST) if material in self._echo else 0.0
 
     # --- geometry ---
 
@@ -180,7 +186,7 @@ class Site:
             group=group,
             contype=int(touched),
             conaffinity=int(touched),
-            userdata=[self._echo.get(material, 0.0)],
+            userdata=[self._stated(material)],
             **options,
         )
 

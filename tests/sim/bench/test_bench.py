@@ -163,6 +163,13 @@ def test_the_scan_shows_the_walls_where_they_are(corridor: World) -> None:
     assert scan.ranges[np.argmin(np.abs(scan.bearings - math.radians(30)))] == pytest.approx(2.4, abs=2 * error)
 
 
+@pytest.mark.parametrize("black", ["albedo = 0.7, remission = 0.0", "albedo = 0.0", "albedo = 0.7, remission = 1e-9"])
+def test_a_scan_does_not_show_walls_that_send_no_light_back(black: str) -> None:
+    text = SMALL.format(top="", end="").replace("albedo = 0.7", black, 1)
+    with bench_in(build_world(parse_plan(text), light_named("16:00"), pictured=False)) as bench:
+        assert np.isinf(bench.scan().ranges).all()
+
+
 def test_without_a_renderer_there_are_no_images(corridor: World) -> None:
     with bench_in(corridor) as bench:
         view = bench.sense()
