@@ -81,22 +81,40 @@ class SignalFault:
 
 
 def with_signal_faults(views: Iterable[View], faults: Sequence[SignalFault], seed: int = 0) -> Iterator[View]:
-    """The views of a drive with several faults, each made of what those before it have left."""
-    for number, fault in enumerate(faults):
-        views = with_signal_fault(views, fault, seed + number)
-    yield from views
+    """The views of a drive with several faults, each made of what those before it have left.
+
+    All begin and end by the way that the views told before any fault. Raises ``SimError`` for a sensor that a view
+    lacks.
+    """
+    failing = [_Failing(fault, np.random.default_rng(seed + number)) for number, fault in enumerate(faults)]
+    way = 0.0
+    for view in views:
+        way += abs(view.distance)
+        told = view
+        for one in failing:
+            told = one.passed(told, way)
+        yield told
 
 
 def with_signal_fault(views: Iterable[View], fault: SignalFault, seed: int = 0) -> Iterator[View]:
     """The views of a drive with a fault in their signals. Raises ``SimError`` for a sensor that a view lacks."""
-    rng = np.random.default_rng(seed)
-    way, last = 0.0, None
-    for view in views:
-        way += abs(view.distance)
-        ill = fault.at <= way < fault.until
-        yield _faulty(view, view if last is None else last, fault, rng) if ill else view
-        if last is None or not ill:
-            last = view
+    return with_signal_faults(views, (fault,), seed)
+
+
+class _Failing:
+    """A fault on the views of one drive, as they come."""
+
+    def __init__(self, fault: SignalFault, rng: np.random.Generator) -> None:
+        self._fault, self._rng = fault, rng
+        self._last: View | None = None
+
+    def passed(self, view: View, way: float) -> View:
+        """Return the view that was taken ``way`` [m] from the start as it is told, ill or well."""
+        if self._fault.at <= way < self._fault.until:
+            self._last = view if self._last is None else self._last
+            return _faulty(view, self._last, self._fault, self._rng)
+        self._last = view
+        return view
 
 
 def _faulty(view: View, last: View, fault: SignalFault, rng: np.random.Generator) -> View:

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind, with_signal_fault
+from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind, with_signal_fault, with_signal_faults
 from refseq_bench.sim.errors import SimError
 from tests.refseq.health.drives import STEP, drive
 
@@ -20,6 +20,16 @@ def faulty(kind, **options):
 def test_only_views_on_the_stretch_are_touched(kind):
     views = faulty(kind, camera="camera-1", other="camera-2")
     assert [k for k, (one, other) in enumerate(zip(views, VIEWS, strict=True)) if one is not other] == list(ILL)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in SignalFaultKind if kind.startswith("odometry")])
+@pytest.mark.parametrize("odometry_first", [True, False])
+def test_faults_begin_and_end_by_the_way_that_was_told_before_any(kind, odometry_first):
+    faults = [SignalFault(kind, factor=0.5), SignalFault(SignalFaultKind.CAMERA_BLANK, AT, UNTIL, camera="camera-1")]
+    views = list(with_signal_faults(VIEWS, faults if odometry_first else faults[::-1]))
+    assert [k for k, view in enumerate(views) if view.images["camera-1"].max() < 5] == list(ILL)
+    plain = list(with_signal_fault(VIEWS, faults[0]))
+    assert [(view.distance, view.turn) for view in views] == [(view.distance, view.turn) for view in plain]
 
 
 def test_a_black_camera_is_dark_and_the_other_is_not():
