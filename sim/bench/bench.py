@@ -209,16 +209,17 @@ class Bench(Closing):
     def scan(self) -> Scan:
         """The newest turn of the laser for steering, at most ``SCAN_PERIOD`` old."""
         if self._scanned is None or self.scan_due:
-            self._scanned = self.time, self._turn_the_laser()
+            self._scanned = self.time, self.new_scan()
         return self._scanned[1]
 
-    def _turn_the_laser(self) -> Scan:
+    def new_scan(self) -> Scan:
+        """A turn of the laser that ends at this moment, as views have it; ``scan`` does not return it."""
         return self._laser.scan(self.model, self.data, self._prefix + self.robot.laser, self._prefix + self.robot.base)
 
     def sense(self) -> View:
         """All sensors at this moment; distance and turn count from the last view."""
         images = {} if self.renderer.kind is RendererKind.NONE else self._photograph()
-        scan = self._turn_the_laser()
+        scan = self.new_scan()
         now = self.odometry
         distance, turn = motion_between(self._last_view, now) if self._last_view else (0.0, 0.0)
         self._last_view = now

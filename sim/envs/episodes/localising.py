@@ -75,5 +75,5 @@ class Following:
         self._odometry, self._moved = bench.odometry, Moved()
         distance, turn = motion_between(self._last, self._odometry) if self._last else (0.0, 0.0)
         self._last = self._odometry
-        view = View(bench.time, scan=bench.scan(), distance=distance, turn=turn)
+        view = View(bench.time, scan=bench.new_scan(), distance=distance, turn=turn)
         self.belief: Belief = self._localiser.update(view)
