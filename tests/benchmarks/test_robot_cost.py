@@ -48,7 +48,7 @@ def spent_on(bench: Bench, scanning: bool, patch: pytest.MonkeyPatch) -> dict[st
         watch.watch(watched, bench._physics, "step", "physics")
         watch.watch(watched, bench._hardware, "signals", "signals")
         watch.watch(watched, bench.control, "tick", "control layer")
-        watch.watch(watched, bench, "_turn_the_laser", "laser")
+        watch.watch(watched, bench, "new_scan", "laser")
         for _ in range(LAPS):
             with watch.counting("lap"):
                 pass
