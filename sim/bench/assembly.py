@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from refseq_bench.robots import Robot
-from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.filament import prepare_spec
 from refseq_bench.worlds.build import World
@@ -42,14 +42,14 @@ def prefix_of(robot: Robot) -> str:
     return f"{robot.name}/"
 
 
-def compile_model(world: World, robot: Robot, settings: BenchSettings) -> mujoco.MjModel:
+def compile_model(world: World, robot: Robot, cameras: Mapping[str, CameraModel]) -> mujoco.MjModel:
     """Compile the world with the robot in it, whose names begin with ``prefix_of(robot)``."""
     spec = world.spec.copy()
     for option in OPTIONS:
         setattr(spec.option, option, getattr(robot.spec.option, option))
     spec.attach(robot.spec, frame=spec.worldbody.add_frame(), prefix=prefix_of(robot))
     picture = spec.visual.global_
-    for name, model in settings.camera_models.items():
+    for name, model in cameras.items():
         mounted, pinhole = spec.camera(prefix_of(robot) + name), model.optics().pinhole
         mounted.fovy, mounted.resolution = pinhole.fovy, (pinhole.width, pinhole.height)
         mounted.sensor_size = (0.0, 0.0)  # else it would set the field of view

@@ -17,7 +17,7 @@ from refseq_bench.robots.individual import built
 from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.bench.assembly import SensorStreams, compile_model, prefix_of, route_named, start_of, streams_of
 from refseq_bench.sim.bench.hardware import Hardware
-from refseq_bench.sim.bench.mounts import shift_mounts, with_focal_lengths
+from refseq_bench.sim.bench.mounts import own_cameras, shift_mounts
 from refseq_bench.sim.bench.settings import BenchSettings, resolved
 from refseq_bench.sim.cameras.camera import Camera
 from refseq_bench.sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
@@ -53,7 +53,8 @@ class Bench(Closing):
 
     Every random draw (sensors' noise, the robot's own errors) comes from ``seed`` and the settings' ``unit``: the same
     seed gives the same scans and poses, bit for bit. ``settings`` are kept with every camera's name and model written
-    out. Raises ``SimError`` for an unknown route or camera, ``RendererError`` where the renderer's driver is missing.
+    out, and make the same bench again. Raises ``SimError`` for an unknown route or camera, ``RendererError`` where the
+    renderer's driver is missing.
     """
 
     def __init__(
@@ -72,8 +73,9 @@ class Bench(Closing):
         self._prefix = prefix_of(robot)
         self.individual = built(robot.drive, robot.cameras, self.settings.spread, self.settings.unit)
         """Differences of the robot from its drawing."""
-        self.settings = with_focal_lengths(self.settings, self.individual)
-        self.model = compile_model(world, robot, self.settings)
+        self.camera_models = own_cameras(self.settings, self.individual)
+        """The cameras by name, as this robot's own lenses make them."""
+        self.model = compile_model(world, robot, self.camera_models)
         shift_mounts(self.model, robot, self.individual)
         self.data = mujoco.MjData(self.model)
         self._crowd = Crowd(self.model, world.plan)
@@ -104,7 +106,7 @@ class Bench(Closing):
         scene = RayScene(self.model)
         self._laser = Laser(settings.laser, streams.laser, scene)
         self._cameras = {
-            name: Camera(settings.camera_models[name], stream)
+            name: Camera(self.camera_models[name], stream)
             for name, stream in streams.cameras.items()
             if name in (settings.cameras or ())
         }

@@ -1,6 +1,7 @@
 """Sensors of an individual robot: a little higher, turned or longer-sighted than its drawing has them."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,15 +12,15 @@ from refseq_bench.robots import Robot
 from refseq_bench.robots.individual import Individual, MountError
 from refseq_bench.sim.bench.assembly import prefix_of
 from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.cameras.camera import CameraModel
 
 
-def with_focal_lengths(settings: BenchSettings, individual: Individual) -> BenchSettings:
-    """``settings``, resolved, with each camera's focal length as its own lens has it."""
-    models = {
+def own_cameras(settings: BenchSettings, individual: Individual) -> Mapping[str, CameraModel]:
+    """The cameras of ``settings``, resolved, each with the focal length that its own lens has."""
+    return {
         name: replace(model, lens=replace(model.lens, focal=model.lens.focal * (1 + individual.cameras[name].focal)))
         for name, model in settings.camera_models.items()
     }
-    return replace(settings, camera_models=models)
 
 
 def shift_mounts(model: mujoco.MjModel, robot: Robot, individual: Individual) -> None:

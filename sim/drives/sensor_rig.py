@@ -25,7 +25,7 @@ def sensor_rig(bench: Bench) -> SensorRig:
     for name in bench.settings.cameras or ():
         camera = data.camera(prefix + name)
         mounts[name] = _mount(bench, camera.xpos, camera.xmat.reshape(3, 3) @ _OPTICAL)
-        calibrations[name] = _calibration((bench.settings.camera_models or {})[name].optics())
+        calibrations[name] = _calibration(bench.camera_models[name].optics())
     return SensorRig(mounts, calibrations)
 
 
