@@ -19,15 +19,15 @@ def run_and_sense(
     """Let the robot run behaviours; yields the views as they are taken, their progress by the odometer [m].
 
     Raises ``StuckError`` for a behaviour that fails, or when all have not ended within ``timeout`` [s] of simulated
-    time; ``RobotsError`` for one that cannot be read.
+    time from now on; ``RobotsError`` for one that cannot be read.
     """
-    description, gone = description_of(bench.robot), 0.0
+    description, gone, began = description_of(bench.robot), 0.0, bench.time
     for words in behaviours:
         behaviour_in(words, description)  # all can be read before the robot moves
     for number, words in enumerate(behaviours, 1):
         yield RecordedView(replace(bench.sense(), behaviour=words), bench.odometry, gone)
         moved, before = Moved(), bench.odometry
-        for sample in running(bench, behaviour_in(words, description), timeout=timeout - bench.time):
+        for sample in running(bench, behaviour_in(words, description), timeout=began + timeout - bench.time):
             if sample.step.outcome is BehaviourOutcome.FAILED:
                 raise StuckError(f"behaviour {number}, {words}, failed after {gone:.1f} m: {sample.step.why}")
             now = bench.odometry

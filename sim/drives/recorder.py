@@ -119,10 +119,10 @@ def drive_and_sense(
     """Lead the robot to the end of the operator's route; yields the views as they are taken, the first at the start.
 
     ``faults`` happen on the way. Raises ``StuckError`` when the end is not reached within ``timeout`` [s] of simulated
-    time or the robot comes no further for ``STANDSTILL``, ``SimError`` for a fault that cannot happen on this route to
-    this robot.
+    time from now on or the robot comes no further for ``STANDSTILL``, ``SimError`` for a fault that cannot happen on
+    this route to this robot.
     """
-    agenda = FaultSchedule(faults, bench, operator)
+    began, agenda = bench.time, FaultSchedule(faults, bench, operator)
     agenda.look()
     yield RecordedView(bench.sense(), bench.odometry, operator.progress)
     moved, stands = Moved(), Standstill(operator.progress, bench.time)
@@ -134,9 +134,10 @@ def drive_and_sense(
         if trigger.fires(moved):
             yield RecordedView(bench.sense(), bench.odometry, operator.progress)
             moved = Moved()
-        if bench.time > timeout or stands.too_long(operator.progress, bench.time):
+        lasted = bench.time - began
+        if lasted > timeout or stands.too_long(operator.progress, bench.time):
             way = f"{operator.progress:.1f} m of {operator.length:.1f} m"
-            raise StuckError(f"the robot came {way} in {bench.time:.0f} s: it is stuck")
+            raise StuckError(f"the robot came {way} in {lasted:.0f} s: it is stuck")
 
 
 def operator_for(bench: Bench, seed: int, style: OperatorStyle | None = None) -> Operator:

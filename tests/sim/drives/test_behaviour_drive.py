@@ -85,6 +85,14 @@ def test_it_takes_no_longer_than_it_may() -> None:
         toured(("MN:1", "MT:180", "MN:1"), timeout=5.0)
 
 
+def test_its_time_begins_with_the_drive() -> None:
+    settings = BenchSettings(RendererKind.NONE, cameras=())
+    with Bench(corridor(), robots.load("robuter"), settings=settings) as bench:
+        for _ in range(150):
+            bench.wait()
+        assert len(list(run_and_sense(bench, ("MN:0.2",), Trigger(), timeout=5.0))) == 2
+
+
 @pytest.mark.parametrize("bad", ["MX:3", "MN", "MW:up,1", "MW:left,0.1", "MT:0"])
 def test_all_words_are_read_before_it_moves(bad: str) -> None:
     settings = BenchSettings(RendererKind.NONE, cameras=())
