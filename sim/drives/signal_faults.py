@@ -34,6 +34,8 @@ class SignalFaultKind(StrEnum):
     CLOCK_JUMPING = "clock-jumping"
 
 
+ON_EDGE = 1e-9
+"""A beam so little beside the blind ones [rad] is one of them: it lies on their edge, but for rounding."""
 CAMERAS_OF = {
     SignalFaultKind.CAMERA_BLANK: ("camera",),
     SignalFaultKind.CAMERA_FROZEN: ("camera",),
@@ -63,11 +65,16 @@ class SignalFault:
     factor: float = 1.1
 
     def __post_init__(self) -> None:
+        if self.kind not in list(SignalFaultKind):
+            raise SimError(f"unknown signal fault {str(self.kind)!r}: valid are {', '.join(SignalFaultKind)}")
+        object.__setattr__(self, "kind", SignalFaultKind(self.kind))
         if not 0 <= self.at < self.until:
             raise SimError(f"fault {self.kind}: at = {self.at:g} m, until = {self.until:g} m; valid is 0 <= at < until")
         if not 0 < self.factor < math.inf:
             raise SimError(f"fault {self.kind}: factor = {self.factor} is not valid; it should be above 0, and finite")
-        for name in ("bearing", "width", "seconds"):
+        if not 0 < self.width <= 360:
+            raise SimError(f"fault {self.kind}: width = {self.width} is not valid; it should be above 0, at most 360")
+        for name in ("bearing", "seconds"):
             if not math.isfinite(getattr(self, name)):
                 raise SimError(f"fault {self.kind}: {name} = {getattr(self, name)} is not valid; it should be finite")
         for name in CAMERAS_OF.get(self.kind, ()):
@@ -145,7 +152,7 @@ def _with_scan(view: View, last: View, fault: SignalFault) -> View:
     if fault.kind is SignalFaultKind.LASER_MIRRORED:
         return replace(view, scan=replace(scan, ranges=scan.ranges[::-1].copy()))
     apart = (scan.bearings - math.radians(fault.bearing) + math.pi) % (2 * math.pi) - math.pi
-    blind = np.abs(apart) <= math.radians(fault.width) / 2
+    blind = np.abs(apart) <= math.radians(fault.width) / 2 + ON_EDGE
     return replace(view, scan=replace(scan, ranges=np.where(blind, np.inf, scan.ranges).astype(np.float32)))
 
 

@@ -30,6 +30,9 @@ from refseq_bench.sim.sensors.ray_scene import RayScene
 ABOVE_MAX, LOW_SNR, DAZZLE = 8183, 8187, 8190
 """Words that are no ranges: farther than can be said, or nothing there; too little light came back; too much did."""
 
+ON_EDGE = 1e-9
+"""A beam so little beside an arc [rad] is in it: it lies on its edge, but for rounding."""
+
 
 class RangeMode(Enum):
     """Words of the device in a metre. Words go up to 8182, codes begin at 8183."""
@@ -137,5 +140,6 @@ class Laser:
 
 def _dazzled(low: float, high: float) -> NDArray[np.bool_]:
     """Mask of the beams (361,) in the arc from ``low`` counter-clockwise to ``high`` [rad]; a width of 2π is all."""
-    inside: NDArray[np.bool_] = (START + STEP * np.arange(BEAMS) - low) % (2 * np.pi) <= high - low
+    bearings = START + STEP * np.arange(BEAMS)
+    inside: NDArray[np.bool_] = (bearings - low + ON_EDGE) % (2 * np.pi) <= high - low + 2 * ON_EDGE
     return inside

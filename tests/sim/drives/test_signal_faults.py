@@ -52,10 +52,11 @@ def test_exchanged_cameras_show_each_others_pictures():
     assert view.images["camera-2"] is VIEWS[5].images["camera-1"]
 
 
-def test_blind_beams_are_those_of_the_arc():
-    scan = faulty(SignalFaultKind.LASER_BLIND, bearing=-45.0, width=60.5)[5].scan
+@pytest.mark.parametrize(("bearing", "width"), [(-45.0, 60.5), (-45.0, 60.0), (0.0, 180.0), (10.0, 91.0), (0.0, 360.0)])
+def test_blind_beams_are_those_of_the_arc(bearing, width):
+    scan = faulty(SignalFaultKind.LASER_BLIND, bearing=bearing, width=width)[5].scan
     bearings = np.degrees(scan.bearings)
-    inside = np.abs(bearings + 45) <= 30.25
+    inside = np.abs(bearings - bearing) <= width / 2 + 1e-6
     assert np.isinf(scan.ranges[inside]).all()
     np.testing.assert_array_equal(scan.ranges[~inside], VIEWS[5].scan.ranges[~inside])
 
@@ -106,5 +107,13 @@ def test_the_same_seed_makes_the_same_views():
 def test_what_cannot_be_is_refused():
     with pytest.raises(SimError, match="a fault of camera 'top': a view has none; valid are camera-1, camera-2"):
         faulty(SignalFaultKind.CAMERA_FROZEN, camera="top")
+    with pytest.raises(
+        SimError, match=r"^unknown signal fault 'laser-bogus': valid are camera-blank, .*, clock-jumping$"
+    ):
+        SignalFault("laser-bogus")
+    for width in (-10.0, 0.0, 361.0, math.inf, math.nan):
+        with pytest.raises(SimError, match=r"laser-blind: width = .* is not valid; it should be above 0, at most 360"):
+            SignalFault(SignalFaultKind.LASER_BLIND, width=width)
+    assert SignalFault("laser-blind").kind is SignalFaultKind.LASER_BLIND
     with pytest.raises(SimError, match="at = 5 m, until = 2 m; valid is 0 <= at < until"):
         SignalFault(SignalFaultKind.LASER_FROZEN, 5.0, 2.0)
