@@ -26,13 +26,14 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """A robot ready to be attached to a world.
+    """A robot ready to be put into any number of worlds.
 
-    ``spec`` is fresh and belongs to the caller. The other names are those in ``spec``, before any prefix: ``base`` the
-    body with the free joint, ``cameras``, the ``laser``'s site, joints and actuators of the drive wheels as (left,
-    right), ``bumpers`` the geom of each bumper by its name, ``sonars`` sites of which x looks along the beam, in the
-    order of the readings. ``pulses_per_turn`` is what an encoder counts in one turn of a wheel, ``limits`` are those of
-    the Control layer, which ``control`` makes for a robot that believes in a geometry of its wheels.
+    ``spec`` is fresh and belongs to the caller; a bench attaches a copy of it. The other names are those in ``spec``,
+    before any prefix: ``base`` the body with the free joint, ``cameras``, the ``laser``'s site, joints and actuators of
+    the drive wheels as (left, right), ``bumpers`` the geom of each bumper by its name, ``sonars`` sites of which x
+    looks along the beam, in the order of the readings. ``pulses_per_turn`` is what an encoder counts in one turn of a
+    wheel, ``limits`` are those of the Control layer, which ``control`` makes for a robot that believes in a geometry of
+    its wheels.
     """
 
     name: str

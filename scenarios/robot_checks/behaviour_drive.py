@@ -100,7 +100,7 @@ def drive_behaviours(asked: BehaviourDrive) -> Iterator[BehaviourResult]:
     """Run the behaviours until one fails; all words are read before the robot moves."""
     choices = [parse_behaviour(text) for text in asked.behaviours]
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
-    frame = description_of(robot)  # of the spec before it is attached
+    frame = description_of(robot)
     for choice in choices:
         make_behaviour(choice, frame, doors_seen)
     if not (math.isfinite(asked.timeout) and asked.timeout > 0):

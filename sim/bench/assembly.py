@@ -43,11 +43,12 @@ def prefix_of(robot: Robot) -> str:
 
 
 def compile_model(world: World, robot: Robot, cameras: Mapping[str, CameraModel]) -> mujoco.MjModel:
-    """Compile the world with the robot in it, whose names begin with ``prefix_of(robot)``."""
+    """Compile the world with the robot in it, whose names begin with ``prefix_of(robot)``; both stay as they are."""
     spec = world.spec.copy()
     for option in OPTIONS:
         setattr(spec.option, option, getattr(robot.spec.option, option))
-    spec.attach(robot.spec, frame=spec.worldbody.add_frame(), prefix=prefix_of(robot))
+    # A copy: what was attached once cannot be attached again, and MuJoCo crashes on compiling it by itself.
+    spec.attach(robot.spec.copy(), frame=spec.worldbody.add_frame(), prefix=prefix_of(robot))
     picture = spec.visual.global_
     for name, model in cameras.items():
         mounted, pinhole = spec.camera(prefix_of(robot) + name), model.optics().pinhole

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from refseq_bench import robots
 from refseq_bench.robots import Robot
 from refseq_bench.robots.behaviours import (
     Behaviour,
@@ -47,8 +46,7 @@ class BehaviourEnd:
 
 def description_of(robot: Robot) -> RobotDescription:
     """Describe a robot for behaviours; sensors are where they are on the level robot."""
-    # The robot's own spec may be part of a world by now: MuJoCo crashes on compiling a copy of that.
-    model = robots.load(robot.name).spec.compile()
+    model = robot.spec.copy().compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     base, scanner = data.body(robot.base).xpos, data.site(robot.laser).xpos

@@ -78,6 +78,15 @@ def test_the_worlds_spec_stays_free_of_robots(corridor: World) -> None:
         assert one.model.ngeom == other.model.ngeom
 
 
+def test_a_robot_serves_any_number_of_benches(corridor: World) -> None:
+    robot = robots.load("robuter")
+    with Bench(corridor, robot, settings=BLIND) as one, Bench(corridor, robot, settings=BLIND) as other:
+        for bench in (one, other):
+            drive(bench, Twist(0.3, 0.1), 1.0)
+        assert np.array_equal(one.data.qpos, other.data.qpos)
+    assert robot.spec.compile().nbody == robots.load("robuter").spec.compile().nbody
+
+
 def test_one_command_takes_one_control_period(corridor: World) -> None:
     with bench_in(corridor) as bench:
         drive(bench, Twist(), 1.0)

@@ -174,6 +174,17 @@ def test_the_frame_has_the_sensors_where_the_model_has_them() -> None:
         assert sonar.x * math.cos(sonar.bearing) + sonar.y * math.sin(sonar.bearing) > 0
 
 
+def test_a_robot_of_ones_own_is_described_as_it_is_also_in_a_world(room: World) -> None:
+    own = replace(robots.load("robuter"), name="mine")
+    own.spec.site(own.laser).pos[0] += 0.1
+    frame, known = description_of(own), description_of(robots.load("robuter"))
+    assert frame.laser.ahead == pytest.approx(known.laser.ahead + 0.1)
+    assert frame.sonars == known.sonars
+    with Bench(room, own, settings=PERFECT) as bench:
+        assert description_of(bench.robot) == frame
+        assert run(bench, make_behaviour(parse_behaviour("MA:0.3,0"), frame)).outcome is BehaviourOutcome.FINISHED
+
+
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.code)
 @pytest.mark.parametrize("robot", robots.names())
 def test_every_behaviour_of_every_robot_ends_with_a_reason_and_the_robot_at_rest(
