@@ -81,7 +81,12 @@ def spread_named(name: str) -> RobotSpread:
 
 
 def built(drive: DifferentialDrive, cameras: Sequence[str], spread: RobotSpread, unit: int) -> Individual:
-    """Build the robot of number ``unit``: the same number is the same robot, in all its drives."""
+    """Build the robot of number ``unit``: the same number is the same robot, in all its drives.
+
+    Raises ``RobotsError`` for a number below 0.
+    """
+    if unit < 0:
+        raise RobotsError(f"robot: unit = {unit} is not valid; it should be 0 or more")
     rng = np.random.default_rng(unit)
     believed = believed_geometry(drive, spread.calibration, rng)
     low, high = spread.walk

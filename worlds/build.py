@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.errors import WorldsError
 from refseq_bench.worlds.light import LightSetting
 from refseq_bench.worlds.lighting.ambient import Ambient
 from refseq_bench.worlds.lighting.illuminate import BACKDROP, illuminate
@@ -49,8 +50,10 @@ def build_world(plan: FloorPlan, light: LightSetting, seed: int = 0, *, pictured
     """Put up the walls, hang everything on them and light it; ``seed`` fixes every texture.
 
     A world that is not ``pictured`` has neither pictures nor light between its walls. It is ready in a fraction of the
-    time, and nothing but a camera notices: it is for drives without any.
+    time, and nothing but a camera notices: it is for drives without any. Raises ``WorldsError`` for a seed below 0.
     """
+    if seed < 0:
+        raise WorldsError(f"world {plan.name!r}: seed = {seed} is not valid; it should be 0 or more")
     site = Site(plan.name, seed, pictured)
     numbers = photometry(plan, light)
     _view(site, plan)

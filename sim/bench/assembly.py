@@ -30,7 +30,12 @@ class SensorStreams(NamedTuple):
 
 
 def streams_of(seed: int, robot: Robot) -> SensorStreams:
-    """Spawn a stream for each sensor of a robot, also for cameras that take no images: none changes another's noise."""
+    """Spawn a stream for each sensor of a robot, also for cameras that take no images: none changes another's noise.
+
+    Raises ``SimError`` for a seed below 0.
+    """
+    if seed < 0:
+        raise SimError(f"bench: seed = {seed} is not valid; it should be 0 or more")
     laser, *cameras, sonar, inertial, rolling = map(
         np.random.default_rng, np.random.SeedSequence(seed).spawn(4 + len(robot.cameras))
     )

@@ -18,6 +18,7 @@ from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.bench.assembly import SensorStreams, compile_model, prefix_of, route_named, start_of, streams_of
 from refseq_bench.sim.bench.hardware import Hardware
 from refseq_bench.sim.bench.mounts import own_cameras, shift_mounts
+from refseq_bench.sim.bench.polyline import polyline
 from refseq_bench.sim.bench.settings import BenchSettings, resolved
 from refseq_bench.sim.cameras.camera import Camera
 from refseq_bench.sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
@@ -53,8 +54,8 @@ class Bench(Closing):
 
     Every random draw (sensors' noise, the robot's own errors) comes from ``seed`` and the settings' ``unit``: the same
     seed gives the same scans and poses, bit for bit. ``settings`` are kept with every camera's name and model written
-    out, and make the same bench again. Raises ``SimError`` for an unknown route or camera, ``RendererError`` where the
-    renderer's driver is missing.
+    out, and make the same bench again. Raises ``SimError`` for an unknown route or camera, a route that is no polyline
+    and a seed below 0, ``RobotsError`` for a unit below 0, ``RendererError`` where the renderer's driver is missing.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class Bench(Closing):
         settings: BenchSettings | None = None,
     ) -> None:
         self.world, self.robot, self.settings = world, robot, resolved(settings or BenchSettings(), robot)
-        self.route = route_named(world, route) if isinstance(route, str) else route
+        self.route = route_named(world, route) if isinstance(route, str) else polyline(route)
         if self.settings.renderer is not RendererKind.NONE and not world.pictured:
             raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
         self._prefix = prefix_of(robot)

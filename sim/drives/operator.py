@@ -18,6 +18,7 @@ from refseq_bench.robots import Twist
 from refseq_bench.robots.motion import towards
 from refseq_bench.robots.planar import wrapped
 from refseq_bench.robots.wandering import Wandering
+from refseq_bench.sim.bench.polyline import polyline
 from refseq_bench.sim.errors import SimError
 
 REVERSAL = math.radians(100)
@@ -98,7 +99,7 @@ class Operator:
 
     def __init__(self, route: NDArray[np.float64], style: OperatorStyle, rng: np.random.Generator) -> None:
         self._style = style
-        self._legs = [_Leg(part) for part in _split_at_reversals(_checked(route))]
+        self._legs = [_Leg(part) for part in _split_at_reversals(polyline(route))]
         self._leg = 0
         self._along = 0.0
         self._turning = False
@@ -241,20 +242,6 @@ class _Leg:
     def _segment(self, along: float) -> int:
         last = len(self._tangents) - 1
         return min(max(int(self._starts.searchsorted(along, side="right")) - 1, 0), last)
-
-
-def _checked(route: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a private copy of ``route`` without repeated points."""
-    points = np.array(route, float)
-    if points.ndim != 2 or points.shape[1:] != (2,):
-        raise SimError(f"operator: a route has shape (n, 2), not {points.shape}")
-    if not np.isfinite(points).all():
-        raise SimError("operator: a route's points must be finite")
-    moved = np.any(np.diff(points, axis=0) != 0, axis=1)
-    points = points[np.concatenate([[True], moved])] if len(points) else points
-    if len(points) < 2:
-        raise SimError(f"operator: a route needs two different points, not {len(points)}")
-    return points
 
 
 def _split_at_reversals(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.errors import WorldsError
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
 from refseq_bench.worlds.plans.frame import quaternion
@@ -139,6 +140,11 @@ def pixels(model: mujoco.MjModel, texture: str) -> bytes:
     t = model.texture(texture)
     start = int(t.adr[0])
     return model.tex_data[start : start + int(t.height[0] * t.width[0] * t.nchannel[0])].tobytes()
+
+
+def test_a_seed_below_0_is_refused(small: Callable[..., str]) -> None:
+    with pytest.raises(WorldsError, match=r"^world 'small': seed = -1 is not valid; it should be 0 or more$"):
+        compiled(small(), seed=-1)
 
 
 def test_a_seed_fixes_everything_and_another_seed_draws_anew(small: Callable[..., str]) -> None:

@@ -83,7 +83,10 @@ def changed(plan: FloorPlan, change: Change, seed: int) -> FloorPlan:
     """Return the plan as it is on another day; the same seed gives the same, and no strength at all the plan itself.
 
     What results is checked as every plan is, and nothing that has changed stands in the way of a robot on a route.
+    Raises ``ChangeError`` for a seed below 0.
     """
+    if seed < 0:
+        raise ChangeError(f"change: seed = {seed} is not valid; it should be 0 or more")
     if change == Change():
         return plan
     for kind, alter in _CHANGES.items():

@@ -12,6 +12,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench import robots
 from refseq_bench.robots import Twist
+from refseq_bench.robots.errors import RobotsError
 from refseq_bench.robots.individual import RobotSpread
 from refseq_bench.robots.odometry import CalibrationErrors
 from refseq_bench.sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
@@ -67,6 +68,34 @@ def test_a_world_without_pictures_is_for_benches_without_cameras() -> None:
 def test_an_unknown_route_is_told_with_the_valid_ones(corridor: World) -> None:
     with pytest.raises(SimError, match=r"^unknown route 'up' in world 'small': valid are forward$"):
         Bench(corridor, robots.load("robuter"), route="up", settings=BLIND)
+
+
+@pytest.mark.parametrize(
+    ("route", "told"),
+    [
+        ([[1.0, 0.0]], "a route needs two different points, not 1"),
+        ([[1.0, 0.0], [1.0, 0.0]], "a route needs two different points, not 1"),
+        ([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], "a route has shape (n, 2), not (2, 3)"),
+        ([[1.0, 0.0], [math.inf, 0.0]], "a route's points must be finite"),
+    ],
+)
+def test_a_route_that_is_no_polyline_is_refused(corridor: World, route: list[list[float]], told: str) -> None:
+    with pytest.raises(SimError) as refused:
+        Bench(corridor, robots.load("robuter"), route=np.array(route), settings=BLIND)
+    assert str(refused.value) == told
+
+
+def test_points_that_a_route_repeats_do_not_turn_the_robot(corridor: World) -> None:
+    route = np.array([[1.0, 0.0], [1.0, 0.0], [1.0, 0.5]])
+    with Bench(corridor, robots.load("robuter"), route=route, settings=BLIND) as bench:
+        assert bench.pose.heading == pytest.approx(math.pi / 2)
+
+
+def test_seeds_and_units_below_0_are_refused(corridor: World) -> None:
+    with pytest.raises(SimError, match=r"^bench: seed = -1 is not valid; it should be 0 or more$"):
+        bench_in(corridor, seed=-1)
+    with pytest.raises(RobotsError, match=r"^robot: unit = -1 is not valid; it should be 0 or more$"):
+        bench_in(corridor, settings=BenchSettings(RendererKind.NONE, unit=-1))
 
 
 def test_the_worlds_spec_stays_free_of_robots(corridor: World) -> None:

@@ -178,10 +178,10 @@ def test_it_leads_the_real_robot() -> None:
 @pytest.mark.parametrize(
     ("route", "message"),
     [
-        ([[0, 0, 0], [1, 0, 0]], "operator: a route has shape (n, 2), not (2, 3)"),
-        ([[0, 0]], "operator: a route needs two different points, not 1"),
-        ([[1, 1], [1, 1]], "operator: a route needs two different points, not 1"),
-        ([[0, 0], [math.nan, 0]], "operator: a route's points must be finite"),
+        ([[0, 0, 0], [1, 0, 0]], "a route has shape (n, 2), not (2, 3)"),
+        ([[0, 0]], "a route needs two different points, not 1"),
+        ([[1, 1], [1, 1]], "a route needs two different points, not 1"),
+        ([[0, 0], [math.nan, 0]], "a route's points must be finite"),
     ],
 )
 def test_what_is_no_route_is_refused(route: list[list[float]], message: str) -> None:

@@ -77,6 +77,12 @@ def test_each_mistake_is_one_line(text: str, said: str) -> None:
 # --- a dial ---
 
 
+@pytest.mark.parametrize("change", [Change(), Change(people=1.0)])
+def test_a_seed_below_0_is_refused(change: Change) -> None:
+    with pytest.raises(ChangeError, match=r"^change: seed = -1 is not valid; it should be 0 or more$"):
+        changed(HALLWAY, change, -1)
+
+
 @settings(max_examples=5)
 @given(seeds)
 def test_no_strength_changes_nothing(seed: int) -> None:
