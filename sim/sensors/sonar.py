@@ -6,6 +6,7 @@ is any length. The nearest range is that of the ranger's common electronics (6 i
 
 import math
 from dataclasses import dataclass
+from numbers import Integral
 
 import mujoco
 import numpy as np
@@ -42,11 +43,11 @@ class SonarModel:
         if not (0 <= self.min_range < self.max_range < math.inf):
             raise SimError(f"sonar: min_range = {self.min_range} m must be in [0, max_range = {self.max_range} m)")
         if not 0 <= self.sigma < math.inf:
-            raise SimError(f"sonar: sigma = {self.sigma} m must be 0 or more")
+            raise SimError(f"sonar: sigma = {self.sigma} m must be 0 or more, and finite")
         if not (self.lost >= 0 and self.random >= 0 and self.lost + self.random <= 1):
             raise SimError(f"sonar: lost = {self.lost} and random = {self.random} must be shares of at most 1 together")
-        if self.groups < 1:
-            raise SimError(f"sonar: groups = {self.groups} must be 1 or more")
+        if not (isinstance(self.groups, Integral) and self.groups >= 1):
+            raise SimError(f"sonar: groups = {self.groups} must be a whole number, 1 or more")
 
     @property
     def listening(self) -> float:
@@ -96,7 +97,7 @@ class SonarRing:
 
     def _fire(self, data: mujoco.MjData, groups: list[NDArray[np.intp]]) -> None:
         readings = self._readings.copy()
-        for group in groups:
+        for group in filter(len, groups):  # of more groups than rangers some are empty
             readings[group] = self._reported(self.distances(data, group))
         readings.setflags(write=False)
         self._readings = readings

@@ -330,6 +330,13 @@ def test_rangers_that_fire_together_hear_each_other_only_where_asked() -> None:
     assert in_turn.read(data)[1] == MOST
 
 
+@pytest.mark.parametrize("cross_talk", [False, True])
+def test_of_more_groups_than_rangers_some_are_silent(cross_talk: bool) -> None:
+    model = SonarModel(sigma=0.0, lost=0.0, random=0.0, groups=100, cross_talk=cross_talk)
+    ring, data = ring_in(with_wall((1, 0, 0), 2.0), [(0.0, 0.0), (0.5, 0.0)], model)
+    assert ring.read(data) == pytest.approx([2.0, 2.0], abs=1e-6)
+
+
 def test_a_ranger_that_is_nowhere_reads_something() -> None:
     ring, data = ring_in(with_wall((1, 0, 0), 2.0))
     data.site_xpos[:] = math.nan
@@ -382,10 +389,12 @@ def test_the_robuter_in_a_box_reads_the_walls() -> None:
     [
         ({"min_range": 11.0}, "sonar: min_range = 11.0 m must be in [0, max_range = 10.668 m)"),
         ({"max_range": math.inf}, "sonar: min_range = 0.15 m must be in [0, max_range = inf m)"),
-        ({"sigma": -0.1}, "sonar: sigma = -0.1 m must be 0 or more"),
+        ({"sigma": -0.1}, "sonar: sigma = -0.1 m must be 0 or more, and finite"),
         ({"lost": 0.8, "random": 0.3}, "sonar: lost = 0.8 and random = 0.3 must be shares of at most 1 together"),
         ({"lost": math.nan}, "sonar: lost = nan and random = 0.005 must be shares of at most 1 together"),
-        ({"groups": 0}, "sonar: groups = 0 must be 1 or more"),
+        ({"groups": 0}, "sonar: groups = 0 must be a whole number, 1 or more"),
+        ({"groups": 2.5}, "sonar: groups = 2.5 must be a whole number, 1 or more"),
+        ({"groups": math.inf}, "sonar: groups = inf must be a whole number, 1 or more"),
     ],
 )
 def test_impossible_figures_are_refused(figures: dict[str, float], message: str) -> None:
