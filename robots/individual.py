@@ -6,7 +6,7 @@ Two spreads are known. ``calibrated``: the drawing's robot, whose wheels were me
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
@@ -28,6 +28,13 @@ class MountError:
     roll: float = 0.0
     focal: float = 0.0
 
+    def __post_init__(self) -> None:
+        for key, value in asdict(self).items():
+            if not math.isfinite(value):
+                raise RobotsError(f"mount: {key} = {value} must be finite")
+        if not self.focal > -1:
+            raise RobotsError(f"mount: focal = {self.focal} must be above -1")
+
 
 @dataclass(frozen=True, slots=True)
 class RobotSpread:
@@ -46,6 +53,10 @@ class RobotSpread:
         low, high = self.walk
         if not (0 < low <= high < 1 or low == high == 0):
             raise RobotsError(f"robot spread: walk = {low}, {high} rad/√m must be rising and in (0, 1), or both 0")
+        for name, mount in (("camera", self.camera), ("laser", self.laser)):
+            for key, value in asdict(mount).items():
+                if value < 0:
+                    raise RobotsError(f"robot spread: {name}.{key} = {value} must be 0 or more")
 
 
 @dataclass(frozen=True, slots=True)

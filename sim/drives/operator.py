@@ -65,16 +65,22 @@ class OperatorStyle:
 
     def __post_init__(self) -> None:
         for key in ("strength", "speed_error", "wander", "heading_error"):
-            if not getattr(self, key) >= 0:
-                raise SimError(f"operator: {key} = {getattr(self, key)} must be 0 or more")
+            if not 0 <= getattr(self, key) < math.inf:
+                raise SimError(f"operator: {key} = {getattr(self, key)} must be 0 or more, and finite")
         if not abs(self.side) <= WIDEST:
             raise SimError(f"operator: side = {self.side} m must be within ±{WIDEST:g} m")
-        for key in ("speed", "speed_time", "wander_length", "wander_limit", "heading_length", "lookahead"):
-            if not getattr(self, key) > 0:
-                raise SimError(f"operator: {key} = {getattr(self, key)} must be positive")
-        for key in ("max_speed", "max_angular", "acceleration", "angular_acceleration"):
-            if not getattr(self, key) > 0:
-                raise SimError(f"operator: {key} = {getattr(self, key)} must be positive")
+        lengths = ("wander_length", "wander_limit", "heading_length", "lookahead")
+        for key in (
+            "speed",
+            "speed_time",
+            *lengths,
+            "max_speed",
+            "max_angular",
+            "acceleration",
+            "angular_acceleration",
+        ):
+            if not 0 < getattr(self, key) < math.inf:
+                raise SimError(f"operator: {key} = {getattr(self, key)} must be positive and finite")
 
 
 STYLES: Mapping[str, OperatorStyle] = {

@@ -3,6 +3,7 @@
 Sources of its figures are in ``docs/sim.md``.
 """
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -66,8 +67,8 @@ class LaserModel:
         if not 0 <= self.min_range < farthest:
             raise SimError(f"laser: min_range = {self.min_range} m must be in [0, {farthest:g} m)")
         for key in ("sigma", "weak_sigma", "bias_limit"):
-            if not getattr(self, key) >= 0:
-                raise SimError(f"laser: {key} = {getattr(self, key)} m must be 0 or more")
+            if not 0 <= getattr(self, key) < math.inf:
+                raise SimError(f"laser: {key} = {getattr(self, key)} m must be 0 or more, and finite")
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,3 +71,10 @@ def test_what_is_no_spread_is_told() -> None:
         spread_named("worn")
     with pytest.raises(RobotsError, match=r"^robot spread: walk = 0.2, 0.1 rad/√m must be rising"):
         RobotSpread(walk=(0.2, 0.1))
+    with pytest.raises(RobotsError, match=r"^robot spread: laser.raised = -0.1 must be 0 or more$"):
+        RobotSpread(laser=MountError(raised=-0.1))
+    for key, bad in (("pan", math.nan), ("raised", math.inf)):
+        with pytest.raises(RobotsError, match=rf"^mount: {key} = {bad} must be finite$"):
+            MountError(**{key: bad})
+    with pytest.raises(RobotsError, match=r"^mount: focal = -1.5 must be above -1$"):
+        MountError(focal=-1.5)

@@ -1,5 +1,5 @@
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
@@ -190,10 +190,13 @@ def test_what_is_no_route_is_refused(route: list[list[float]], message: str) -> 
     assert str(error.value) == message
 
 
-def test_impossible_styles_are_refused() -> None:
-    with pytest.raises(SimError) as error:
-        OperatorStyle(speed=0.0)
-    assert str(error.value) == "operator: speed = 0.0 must be positive"
+@pytest.mark.parametrize("bad", [-1.0, math.inf, math.nan])
+@pytest.mark.parametrize("key", [field.name for field in fields(OperatorStyle) if field.name != "side"])
+def test_impossible_styles_are_refused(key: str, bad: float) -> None:
+    with pytest.raises(SimError, match=rf"^operator: {key} = {bad} must be (0 or more,|positive) and finite$"):
+        OperatorStyle(**{key: bad})
+    with pytest.raises(SimError, match=r"^operator: side = nan m must be within ±1 m$"):
+        OperatorStyle(side=math.nan)
 
 
 def test_time_does_not_go_back() -> None:

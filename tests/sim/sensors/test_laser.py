@@ -243,9 +243,10 @@ def test_a_tilted_robot_tilts_its_beams() -> None:
     [
         ({"min_range": 90.0}, "laser: min_range = 90.0 m must be in [0, 81.82 m)"),
         ({"min_range": 9.0, "mode": RangeMode.METRES_8}, "laser: min_range = 9.0 m must be in [0, 8.182 m)"),
-        ({"sigma": -1.0}, "laser: sigma = -1.0 m must be 0 or more"),
-        ({"weak_sigma": math.nan}, "laser: weak_sigma = nan m must be 0 or more"),
-        ({"bias_limit": -0.1}, "laser: bias_limit = -0.1 m must be 0 or more"),
+        ({"sigma": -1.0}, "laser: sigma = -1.0 m must be 0 or more, and finite"),
+        ({"sigma": math.inf}, "laser: sigma = inf m must be 0 or more, and finite"),
+        ({"weak_sigma": math.nan}, "laser: weak_sigma = nan m must be 0 or more, and finite"),
+        ({"bias_limit": -0.1}, "laser: bias_limit = -0.1 m must be 0 or more, and finite"),
     ],
 )
 def test_impossible_figures_are_refused(figures: dict[str, float], message: str) -> None:
