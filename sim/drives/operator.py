@@ -69,16 +69,9 @@ class OperatorStyle:
                 raise SimError(f"operator: {key} = {getattr(self, key)} must be 0 or more, and finite")
         if not abs(self.side) <= WIDEST:
             raise SimError(f"operator: side = {self.side} m must be within ±{WIDEST:g} m")
-        lengths = ("wander_length", "wander_limit", "heading_length", "lookahead")
-        for key in (
-            "speed",
-            "speed_time",
-            *lengths,
-            "max_speed",
-            "max_angular",
-            "acceleration",
-            "angular_acceleration",
-        ):
+        ways = ("wander_length", "wander_limit", "heading_length", "lookahead")
+        limits = ("max_speed", "max_angular", "acceleration", "angular_acceleration")
+        for key in ("speed", "speed_time", *ways, *limits):
             if not 0 < getattr(self, key) < math.inf:
                 raise SimError(f"operator: {key} = {getattr(self, key)} must be positive and finite")
 
