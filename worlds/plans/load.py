@@ -50,6 +50,12 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
     return _of_library(f"{name_or_path}.toml")
 
 
+def written_ns(name_or_path: str | Path) -> int:
+    """When a plan file was last written [ns], 0 for a world that is no file: part of the key of what is kept of it."""
+    path = Path(name_or_path)
+    return path.stat().st_mtime_ns if path.suffix == ".toml" and path.is_file() else 0
+
+
 @cache
 def _of_library(file: str) -> FloorPlan:
     """Read a plan that comes with this package, once: plans are frozen, and a campaign asks for the same few."""

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from refseq_bench.sim.drives.operator import Operator
 from refseq_bench.sim.drives.signal_faults import SignalFault
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import written_ns
 
 
 @contextmanager
@@ -67,19 +67,18 @@ def _robot(name: str) -> Robot:
 
 def check_route(drive: Drive) -> float:
     """Length of what is driven [m]. Raises ``WorldsError``, ``SimError``, ``ScenarioError`` for what cannot be."""
-    plan = Path(drive.world)
-    changed_ns = plan.stat().st_mtime_ns if plan.suffix == ".toml" and plan.is_file() else 0
+    written, day = written_ns(drive.world), drive.day
     return _length(
-        _Route(drive.world, changed_ns, drive.change, drive.day, drive.route, drive.waypoints, drive.start, drive.end)
+        _Route(drive.world, written, drive.change, day, drive.route, drive.waypoints, drive.start, drive.end)
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Route:
-    """All that decides how long a drive is; ``changed_ns`` is when the plan was last written."""
+    """All that decides how long a drive is; ``written_ns`` is when the plan was last written."""
 
     world: str
-    changed_ns: int
+    written_ns: int
     change: str
     change_seed: int
     route: str

@@ -22,6 +22,7 @@ from refseq_bench.sim.drives.recorder import Moved, Trigger, drive_and_sense, op
 from refseq_bench.sim.envs.tasks.task import Looking
 from refseq_bench.sim.envs.worlds.named import world_named
 from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.plans.load import written_ns
 
 LEARNING = Trigger()
 """When views are taken on the drive that is learnt."""
@@ -29,12 +30,17 @@ FAMILIAR_SEED = 20080
 """The seed of the drive that is learnt, so that all environments have the same map; any number will do."""
 
 
-@lru_cache(maxsize=8)
 def familiar(world: str, light: str, robot: str, route: str) -> Map:
     """The reference sequence of one drive along a route, the same object for all who ask; takes some seconds.
 
-    An operator leads the robot, as for any recording. Raises ``SimError``.
+    A world whose file is written anew is driven anew. An operator leads the robot, as for any recording. Raises
+    ``SimError``.
     """
+    return _driven(world, written_ns(world), light, robot, route)
+
+
+@lru_cache(maxsize=8)
+def _driven(world: str, _written: int, light: str, robot: str, route: str) -> Map:
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
     place = world_named(world, light, pictured=False)
     with Bench(place, robots.load(robot), route=route, seed=FAMILIAR_SEED, settings=settings) as bench:

@@ -9,7 +9,7 @@ from refseq_bench.sim.errors import SimError
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.errors import WorldsError
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.load import load_plan, written_ns
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 KEPT = 16
@@ -35,12 +35,16 @@ def check_light(light: str) -> None:
         raise SimError(str(error)) from None
 
 
-@lru_cache(maxsize=KEPT)
 def world_named(name: str, light: str, pictured: bool) -> World:
-    """A world, the same object for all who ask: a bench leaves it as it is.
+    """A world, the same object for all who ask, until its file is written anew: a bench leaves it as it is.
 
     It has a chase camera, and where it is ``pictured`` something to see for it. Raises ``SimError``.
     """
+    return _built(name, written_ns(name), light, pictured)
+
+
+@lru_cache(maxsize=KEPT)
+def _built(name: str, _written: int, light: str, pictured: bool) -> World:
     try:
         return with_chase_camera(build_world(plan_named(name), light_named(light), pictured=pictured))
     except WorldsError as error:
