@@ -18,6 +18,10 @@ class ScenarioError(Exception):
     """A scenario, a run or its answers cannot be used: the message names the value, its place and what is valid."""
 
 
+class UnwritableError(ScenarioError):
+    """A file or a folder of results cannot be written."""
+
+
 def input_errors() -> tuple[type[Exception], ...]:
     """Collect the rooms' families of errors, so that a single ``except`` clause catches bad input of any room.
 

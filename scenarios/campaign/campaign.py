@@ -23,7 +23,7 @@ from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
 from refseq_bench.scenarios.campaign.run.tasks import Question, Task, distinct
 from refseq_bench.scenarios.campaign.run.workers import WorkerPool
 from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
-from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
 TICK = 0.25
 """Period in which a watcher is told that time goes by [s]."""
@@ -71,8 +71,8 @@ def run_campaign(
 
     A task that cannot be done stops what needs it, and nothing else. ``fresh`` asks all questions anew; recordings are
     taken from the store as ever. ``conclude`` is what is to be done with each verdict before it is yielded; it is
-    called in a thread of its own, so that nobody waits for the pages that it writes, and what it raises ends the
-    campaign, but for ``DamagedError``.
+    called in a thread of its own, so that nobody waits for the pages that it writes. ``UnwritableError`` of it ends the
+    campaign; anything else that it raises, but ``DamagedError``, is an error of its case, which is concluded as that.
     """
     with suppress(OSError):  # a store that may only be read is as good, as long as nothing is missing in it
         store.sweep()
@@ -82,10 +82,25 @@ def run_campaign(
             plans[case.name] = _plan(case)
         except AbsentError as absent:
             result = _without_answers(case, Verdict.SKIPPED, str(absent))
-            conclude(result)
+            result = _through(conclude, result)
             watcher.judged(result)
             yield result
     yield from _Campaign(plans, executor, store, watcher, fresh, conclude).run()
+
+
+def _through(conclude: Conclude, result: Judged) -> Judged:
+    """The verdict that was concluded: the one given, or an error where its page cannot be drawn.
+
+    Raises ``DamagedError`` and ``UnwritableError``.
+    """
+    try:
+        conclude(result)
+    except (DamagedError, UnwritableError):
+        raise
+    except Exception as error:
+        result = _without_answers(result.case, Verdict.ERROR, f"its page: {one_line(error)}")
+        conclude(result)
+    return result
 
 
 def _without_answers(case: Case, verdict: Verdict, reason: str) -> Judged:
@@ -247,8 +262,7 @@ class _Campaign:
             result = _without_answers(plan.case, Verdict.ERROR, f"judging: {error}")
         except Exception as error:
             result = _without_answers(plan.case, Verdict.ERROR, f"judging: {one_line(error)}")
-        self._conclude(result)
-        return result
+        return _through(self._conclude, result)
 
     def _concluded(self, plan: _Plan, future: "Future[Judged]") -> Iterator[Judged]:
         """The verdict, or none yet where something that it needs was damaged and is made anew."""
@@ -258,8 +272,7 @@ class _Campaign:
             if self._renew(damaged.key, damaged.reason):
                 self._open[plan.case.name] = plan
                 return
-            result = _without_answers(plan.case, Verdict.ERROR, damaged.reason)
-            self._conclude(result)
+            result = _through(self._conclude, _without_answers(plan.case, Verdict.ERROR, damaged.reason))
         self._watcher.judged(result)
         yield result
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
 if TYPE_CHECKING:
     from refseq.belief import Stage
@@ -128,11 +128,11 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Tell in one line what keeps ``path`` from being written, a full disk for one."""
+    """Tell in one line what keeps ``path`` from being written, a full disk for one; raises ``UnwritableError``."""
     try:
         yield
     except OSError as error:
-        raise ScenarioError(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise UnwritableError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collection[str] | None = None) -> "Recording":

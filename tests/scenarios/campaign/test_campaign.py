@@ -19,7 +19,7 @@ from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.run.tasks import perform
 from refseq_bench.scenarios.campaign.store.cache import ANSWERS, DamagedError, Store
-from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 from tests.scenarios.campaign.chores import BITS, WHOLE, Chore, case_of, chores_of, judged_by_outcomes
 
 
@@ -347,10 +347,26 @@ def test_one_verdict_is_concluded_at_a_time_and_no_thread_is_left(tmp_path: Path
     assert threading.active_count() <= before
 
 
-def test_what_else_concluding_raises_ends_the_campaign(tmp_path: Path) -> None:
+def test_a_results_folder_that_cannot_be_written_ends_the_campaign(tmp_path: Path) -> None:
     def conclude(result: Judged) -> None:
-        raise ScenarioError("out: cannot be written")
+        raise UnwritableError("out: cannot be written")
 
     store = Store(tmp_path)
-    with pytest.raises(ScenarioError, match="out: cannot be written"):
+    with pytest.raises(UnwritableError, match="out: cannot be written"):
         list(run_campaign([case_of("a", Chore("ask"))], Threads(1, store), store, Watcher(), conclude=conclude))
+
+
+def test_a_page_that_cannot_be_drawn_is_an_error_of_its_case_only(tmp_path: Path) -> None:
+    concluded = list[Judged]()
+
+    def conclude(result: Judged) -> None:
+        if result.case.name != "fine" and result.verdict is not Verdict.ERROR:
+            raise ValueError("no\nsample points")
+        concluded.append(result)
+
+    store, notes = Store(tmp_path), Notes()
+    cases = [case_of("absent", AbsentChore()), case_of("drawn", Chore("a")), case_of("fine", Chore("b"))]  # type: ignore[arg-type]
+    results = list(run_campaign(cases, Threads(1, store), store, notes, conclude=conclude))
+    assert verdicts(results) == notes.verdicts == {"absent": "error", "drawn": "error", "fine": "passed"}
+    assert concluded == results
+    assert results[1].reasons == ("its page: ValueError: no sample points",)
