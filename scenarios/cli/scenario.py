@@ -161,8 +161,13 @@ def run(
     cases = with_seeds(with_methods(find(scenarios), localiser or (), words(methods, "methods")), seeds)
     cases = with_renderer(cases, RendererKind(renderer) if renderer else None)
     store = Store(cache or user_cache())
-    results = _judged(cases, Results(output, cases, store), _executor(workers, ray, store), store, fresh=fresh)
-    _leave(results)
+    executor = _executor(workers, ray, store)  # before the folder is touched: a wrong address leaves what is there
+    try:
+        folder = Results(output, cases, store)
+    except BaseException:
+        executor.close(at_once=True)
+        raise
+    _leave(_judged(cases, folder, executor, store, fresh=fresh))
 
 
 def _judged(

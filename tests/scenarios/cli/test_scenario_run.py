@@ -236,6 +236,28 @@ def test_a_cluster_has_its_own_workers(refseq: Refseq, file: Path, cache: Path) 
     assert "--workers and --ray exclude each other" in said
 
 
+def test_a_cluster_that_is_refused_leaves_the_results_of_the_folder(
+    refseq: Refseq, file: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    (file.parent / "out").mkdir()
+    earlier = file.parent / "out" / "result.json"
+    earlier.write_text("of an earlier run")
+    refused(refseq, file, "--cache", cache, "--ray", "10.0.0.1:6379", "-o", "out")
+    assert earlier.read_text() == "of an earlier run"
+
+
+def test_a_folder_that_is_refused_lets_the_workers_go(
+    refseq: Refseq, file: Path, cache: Path, quick: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    closed = list[bool]()
+    monkeypatch.setattr(AtOnce, "close", lambda _workers, *, at_once: closed.append(at_once))
+    (file.parent / "out").mkdir()
+    (file.parent / "out" / "index.html").touch()
+    assert "that no run has made" in refused(refseq, file, "--cache", cache, "-o", "out")
+    assert closed == [True]
+
+
 # --- Ctrl-C ---
 
 
