@@ -29,9 +29,10 @@ def write_report(
 ) -> None:
     """Write the report of some comparisons to ``path``, replacing it in one step.
 
-    Comparisons of the same name are seeds of one experiment: they are pooled in the tables, and the first of them is
-    drawn. ``outline`` are the world's walls as polylines of (m, 2) points [m]; ``tolerances`` the wide and the narrow
-    one of an experiment by its name, by default 1.5 and 0.5 m. Raises ``ScenarioError`` without any comparison.
+    Comparisons of the same name are seeds of one experiment: they are pooled in the tables, and the first of them that
+    has true poses is drawn. ``outline`` are the world's walls as polylines of (m, 2) points [m]; ``tolerances`` the
+    wide and the narrow one of an experiment by its name, by default 1.5 and 0.5 m. Raises ``ScenarioError`` without any
+    comparison.
     """
     if not comparisons:
         raise ScenarioError("a report of 0 comparisons; valid is at least one")

@@ -32,10 +32,12 @@ def true_along(pose: Pose | None, path: ReferencePath, wide: Tolerance, drive: s
 def draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance, carried: Sequence[int]) -> None:
     """A band from the tolerance before the true position to that behind; broken off the map, and where a kidnap ended.
 
-    Of several drives each that passes there has its own.
+    Of several drives each that passes there has its own; one without true poses has none.
     """
     for drive in path.stretches:
         known = drive.start + np.flatnonzero(np.isfinite(path.along[drive]))
+        if not len(known):
+            continue
         true = np.array([true_along(view.truth, path, wide, drive) for view in views])
         over = np.insert(np.arange(len(true), dtype=float), carried, np.nan)
         low, high = (

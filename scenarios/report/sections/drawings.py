@@ -36,12 +36,13 @@ class Drawings:
 
 def drawings(
     comparison: Comparison,
+    run: int,
     figures: Sequence[Figures],
     judged: str,
     tolerances: tuple[Tolerance, Tolerance],
     outline: FloorOutline | None,
 ) -> Drawings:
-    """Draw the first run of some methods; without ``figures`` only their beliefs."""
+    """Draw a comparison, which is that ``run`` of the ``figures``; without any only the methods' beliefs."""
     if not comparison.beliefs:
         return Drawings()
     faults, wide = fault_spans(comparison.query_views, comparison.query_metadata), tolerances[0]
@@ -52,12 +53,12 @@ def drawings(
     if path is None:
         return replace(unscored, progress=answers_over_odometer(comparison, judged, wide))
     drawn = [one for one in figures if one.method in comparison.beliefs]
-    first, pooled = {one.method: one.wide_runs[0] for one in drawn}, {one.method: one.wide for one in drawn}
+    alone, pooled = {one.method: one.wide_runs[run] for one in drawn}, {one.method: one.wide for one in drawn}
     return replace(
         unscored,
-        plan=drive_plan(comparison, first[judged], outline, faults),
-        errors=errors_along_path(comparison, first, path, tolerances, faults),
+        plan=drive_plan(comparison, alone[judged], outline, faults),
+        errors=errors_along_path(comparison, alone, path, tolerances, faults),
         retrieval=precision_recall(pooled),
         reliability=reliability(pooled),
-        certainty=errors_over_entropy(comparison, first, tolerances),
+        certainty=errors_over_entropy(comparison, alone, tolerances),
     )

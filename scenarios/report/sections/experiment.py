@@ -25,7 +25,7 @@ from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance, path_of
 from refseq_bench.scenarios.scoring.tables.worst_failures import worst_failures
-from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
+from refseq_bench.scenarios.scoring.truth import missing_truth, truth_estimates, unscored_reason
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,10 @@ class Section:
 
 
 def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) -> Section:
-    """Make a section of comparisons that differ in the seed only; the first is drawn."""
-    methods, first, wide, narrow = shared_methods(runs), runs[0], settings.wide, settings.narrow
+    """Make a section of comparisons that differ in the seed only; the first that has true poses is drawn."""
+    methods, wide, narrow = shared_methods(runs), settings.wide, settings.narrow
+    number = next((number for number, run in enumerate(runs) if not missing_truth(run)), 0)
+    drawn = runs[number]
     every = list(settings.figures or (figures(runs, wide, narrow) if methods else ()))
     unscored = unscored_reason(runs)
     scorable = bool(methods) and not unscored
@@ -91,12 +93,13 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
     shown = select_methods(methods, judged, {one.method: one.wide for one in found})
     by_run = next((one.wide_runs for one in found if one.method == judged), ())
     failures = worst_failures(runs, by_run, judged) if scorable else []
-    failed, places = frames_of(runs, failures, path_of(first) if scorable else None, wide, judged, settings.frames)
-    selected = replace(first, beliefs={method: first.beliefs[method] for method in shown})
+    path = path_of(drawn) if scorable else None
+    failed, places = frames_of(runs, number, failures, path, wide, judged, settings.frames)
+    selected = replace(drawn, beliefs={method: drawn.beliefs[method] for method in shown})
     return Section(
         name=name,
         runs=len(runs),
-        drawn=_which(runs),
+        drawn=_which(runs, number),
         wide=wide,
         narrow=narrow,
         judged=method_label(judged),
@@ -106,14 +109,14 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
         unscored=unscored,
         consistency=consistency_page_table(every, judged),
         headline=next((headline(one, unscored, truth_estimates(runs)) for one in every if one.method == judged), None),
-        faults=told_faults(declared_faults(first)),
-        odometer=scale_words(first.beliefs.get(judged, ())),
-        plots=drawings(selected, found, judged, (wide, narrow), settings.outline),
+        faults=told_faults(declared_faults(drawn)),
+        odometer=scale_words(drawn.beliefs.get(judged, ())),
+        plots=drawings(selected, number, found, judged, (wide, narrow), settings.outline),
         failures=failed,
         places=places,
         cost=cost_table(runs, methods, settings.costs),
         has_costs=bool(settings.costs),
-        atlas=atlas_part(first, every, shown, judged, wide, settings.outline),
+        atlas=atlas_part(drawn, every, shown, judged, wide, settings.outline),
     )
 
 
@@ -122,9 +125,10 @@ def _last(methods: Sequence[str]) -> str:
     return next((stage for stage in reversed(Stage) if stage in methods), methods[-1] if methods else "")
 
 
-def _which(runs: Sequence[Comparison]) -> str:
-    """Name the run that is drawn, if there are several."""
+def _which(runs: Sequence[Comparison], drawn: int) -> str:
+    """Name the run that is ``drawn``, if there are several."""
     if len(runs) == 1:
         return ""
-    seed = runs[0].query_metadata.get("seed")
-    return f"the first of {len(runs)} runs" + (f" (query seed {seed})" if seed is not None else "")
+    seed = runs[drawn].query_metadata.get("seed")
+    which = "first that has true poses" if drawn else "first"
+    return f"the {which} of {len(runs)} runs" + (f" (query seed {seed})" if seed is not None else "")

@@ -65,8 +65,9 @@ class InMemory:
 
 @dataclass(frozen=True)
 class SamePlace:
-    """The same place in both drives of the first run: query view, reference place, and a caption."""
+    """The same place in both drives of a run: query view, reference place, and a caption."""
 
+    run: int
     view: int
     place: int
     caption: str
@@ -74,7 +75,10 @@ class SamePlace:
     @property
     def requests(self) -> tuple[FrameRequest, FrameRequest]:
         """The views to show."""
-        return FrameRequest(0, DriveRole.REFERENCE, self.place), FrameRequest(0, DriveRole.QUERY, self.view)
+        return (
+            FrameRequest(self.run, DriveRole.REFERENCE, self.place),
+            FrameRequest(self.run, DriveRole.QUERY, self.view),
+        )
 
 
 @dataclass(frozen=True)
@@ -108,14 +112,15 @@ class FailureFrames:
 
 def frames_of(
     runs: Sequence[Comparison],
+    drawn: int,
     failures: Sequence[Failure],
     path: ReferencePath | None,
     wide: Tolerance,
     marked: str,
     source: FrameSource | None,
 ) -> tuple[tuple[FailureFrames, ...], tuple[PlaceFrames, ...]]:
-    """The frames of failures, and of places that both drives of the first run passed, fetched at once."""
-    same = same_places(runs[0], path, wide, marked)
+    """The frames of failures, and of places that both drives of the ``drawn`` run passed, fetched at once."""
+    same = same_places(runs, drawn, path, wide, marked)
     shown = (source or InMemory(runs))(
         [request for place in same for request in place.requests]
         + [request for failure in failures for request in failure_requests(failure)]
@@ -124,12 +129,14 @@ def frames_of(
     return failed, tuple(one for one in (place_frames(place, shown) for place in same) if one.pairs)
 
 
-def same_places(comparison: Comparison, path: ReferencePath | None, wide: Tolerance, marked: str) -> list[SamePlace]:
-    """A few places spread over the query drive that both drives passed.
+def same_places(
+    runs: Sequence[Comparison], drawn: int, path: ReferencePath | None, wide: Tolerance, marked: str
+) -> list[SamePlace]:
+    """A few places spread over the query drive that both drives of the ``drawn`` run passed.
 
     Where no truth is known those that the ``marked`` method answered.
     """
-    found = list(_same_places(comparison, path, wide, marked))
+    found = [SamePlace(drawn, *one) for one in _same_places(runs[drawn], path, wide, marked)]
     if not found:
         return []
     spread = ((2 * i + 1) * len(found) // (2 * PLACES_SHOWN) for i in range(PLACES_SHOWN))
@@ -138,19 +145,17 @@ def same_places(comparison: Comparison, path: ReferencePath | None, wide: Tolera
 
 def _same_places(
     comparison: Comparison, path: ReferencePath | None, wide: Tolerance, marked: str
-) -> Iterable[SamePlace]:
+) -> Iterable[tuple[int, int, str]]:
     for t, view in enumerate(comparison.query_views):
         if path is not None and view.truth is not None:
             k = path.nearest(view.truth)
             if k is not None and path.within(view.truth, wide)[k]:
                 there = comparison.named(k)
-                yield SamePlace(
-                    t, k, f"query view {t}, reference place {there}, {path.apart(k, view.truth):.2f} m apart"
-                )
+                yield t, k, f"query view {t}, reference place {there}, {path.apart(k, view.truth):.2f} m apart"
         elif path is None and marked in comparison.beliefs:
             k = comparison.beliefs[marked][t].best
             there = comparison.named(k)
-            yield SamePlace(t, k, f"query view {t}, reference place {there} (the answer: no truth is known)")
+            yield t, k, f"query view {t}, reference place {there} (the answer: no truth is known)"
 
 
 def place_frames(match: SamePlace, shown: EncodedFrames) -> PlaceFrames:

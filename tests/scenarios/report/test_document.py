@@ -36,7 +36,7 @@ from refseq_bench.scenarios.report.sections.tables import further_row
 from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
 from refseq_bench.scenarios.scoring.fault_spans import fault_spans
 from refseq_bench.scenarios.scoring.figures import figures, success_over_seeds
-from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, path_of
 from refseq_bench.scenarios.scoring.score import pool, score
 from tests.support import CORRIDOR, certain, corridor_comparison
 
@@ -218,13 +218,38 @@ def test_cost_is_in_milliseconds(tmp_path: Path, runs: list[Comparison]) -> None
 
 
 def test_drives_without_truth_are_shown_but_not_scored(tmp_path: Path, runs: list[Comparison]) -> None:
-    blind = replace(runs[0], query_views=[replace(view, truth=None) for view in runs[0].query_views])
-    text = written(tmp_path, blind)
+    text = written(tmp_path, replace(runs[0], query_views=blind(runs[0].query_views)))
     assert "No score: the query drive has no true poses." in text
     assert ["says lost [views]", "jumps [steps]"] in [row[1:3] for row in Page(text).rows]
     assert text.count('<figure class="plot') == 3  # way along the map, belief and lost need no truth
     assert len(Page(text).pictures) == 16
     assert "%]" not in text
+
+
+def blind(views: Sequence[View]) -> list[View]:
+    return [replace(view, truth=None) for view in views]
+
+
+def test_of_runs_the_first_with_truth_is_drawn(runs: list[Comparison]) -> None:
+    unknown = replace(runs[0], reference_views=blind(runs[0].reference_views))
+    seen = section("any", [unknown, *runs[1:]], SectionSettings())
+    alone = section("any", runs[1:], SectionSettings())
+    assert seen.drawn == "the first that has true poses of 3 runs (query seed 1001)"
+    assert (seen.plots.plan, seen.plots.errors, seen.places) == (alone.plots.plan, alone.plots.errors, alone.places)
+
+
+def test_a_learnt_drive_without_truth_has_no_band_of_right_answers(tmp_path: Path, runs: list[Comparison]) -> None:
+    half = COUNT // 2
+    views = runs[0].reference_views
+    mixed = replace(
+        runs[0],
+        reference_views=[*views[:half], *blind(views[half:])],
+        drives=Drives(("east", "west"), (half, COUNT - half)),
+    )
+    axes = Figure().subplots()
+    draw_truth(axes, mixed.query_views, path_of(mixed), WIDE, [])
+    assert len(axes.collections) == 1
+    assert "No score" not in written(tmp_path, mixed)
 
 
 def test_the_verdict_and_the_picture_come_first_and_what_was_driven_last(text: str) -> None:
@@ -249,20 +274,20 @@ def test_the_headline_counts_the_views() -> None:
     found = headline_of(some)
     assert found.verdict == "Right at 1 of 3 views (33.3 %), wrong at 1, lost at 1"
     assert "Of 1 view off the map it says lost at 0 and answers 1. 1 view without a true pose is not" in found.more
-    blind = headline_of(replace(some, query_views=[replace(view, truth=None) for view in query]))
-    assert blind.verdict == "Answered 4 of 5 views, lost at 1"
+    unscored = headline_of(replace(some, query_views=blind(query)))
+    assert unscored.verdict == "Answered 4 of 5 views, lost at 1"
     # From place 0 to 8 in one metre, from 8 to 3 in two: both are farther than 3 m beyond the way.
-    assert "Of 3 steps from answer to answer 1 is farther than odometry allows." in blind.more
+    assert "Of 3 steps from answer to answer 1 is farther than odometry allows." in unscored.more
     still = [replace(view, truth=None, distance=0.0) for view in query]
     assert headline_of(replace(some, query_views=still)).more.endswith("There is no odometry to compare with.")
 
 
 @pytest.mark.parametrize("odometry", [True, False])
 def test_the_way_along_the_map_is_drawn_without_truth(runs: list[Comparison], odometry: bool) -> None:
-    def blind(views: Sequence[View]) -> list[View]:
+    def bare(views: Sequence[View]) -> list[View]:
         return [replace(view, truth=None, distance=view.distance if odometry else 0.0) for view in views]
 
-    run = replace(runs[0], reference_views=blind(runs[0].reference_views), query_views=blind(runs[0].query_views))
+    run = replace(runs[0], reference_views=bare(runs[0].reference_views), query_views=bare(runs[0].query_views))
     drawn = answers_over_odometer(run, Stage.CHAIN, WIDE)
     labels = [entry.label for entry in drawn.legend]
     assert labels[:3] == [stage.label for stage in Stage]
