@@ -2,9 +2,11 @@
 
 import json
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 from refseq.view import View
 from refseq_bench.scenarios.scoring.recovery import apart, is_carried
@@ -34,6 +36,9 @@ class RouteProgress:
 def fault_spans(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[FaultSpan, ...]:
     """The faults of a drive, by the ``faults`` of its metadata; those that no view met are left out.
 
+    Of a log from elsewhere, whose metadata may hold anything by that name, only what is told as a simulated drive tells
+    it is a fault.
+
     Metres along the route are counted along the true path, and go on from where a kidnapped robot was set down. As the
     path is a little longer than the route where the robot wandered, a stretch may be a view off.
     """
@@ -49,9 +54,20 @@ def fault_spans(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[
     return tuple(sorted(found, key=lambda one: one.first))
 
 
-def _declared(metadata: Mapping[str, object]) -> list[dict[str, str]]:
+def _declared(metadata: Mapping[str, object]) -> list[dict[str, Any]]:
     text = metadata.get("faults")
-    return list(json.loads(text)) if isinstance(text, str) and text else []
+    try:
+        told = json.loads(text) if isinstance(text, str) else None
+    except (ValueError, RecursionError):
+        return []
+    return [one for one in told if _is_fault(one)] if isinstance(told, list) else []
+
+
+def _is_fault(told: object) -> bool:
+    if not isinstance(told, dict) or not isinstance(told.get("kind"), str):
+        return False
+    end = "to" if told["kind"] == "kidnap" else "until" if "until" in told else "seconds"
+    return all(isinstance(at := told.get(key), int | float) and abs(at) <= sys.float_info.max for key in ("at", end))
 
 
 def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> RouteProgress:
@@ -75,7 +91,7 @@ def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> 
     return RouteProgress(tuple(along), tuple(carried))
 
 
-def _stretch(fault: Mapping[str, str], views: Sequence[View], along: Sequence[float]) -> FaultSpan | None:
+def _stretch(fault: Mapping[str, Any], views: Sequence[View], along: Sequence[float]) -> FaultSpan | None:
     """A fault that lasts a while, by its metres along the route, or by its seconds."""
     at, what = float(fault["at"]), _words(fault)
     begin = next((t for t, way in enumerate(along) if way >= at), None)
@@ -90,7 +106,7 @@ def _stretch(fault: Mapping[str, str], views: Sequence[View], along: Sequence[fl
     return FaultSpan(f"{what} from {at:g} m", inside[0], inside[-1]) if inside else None
 
 
-def _words(fault: Mapping[str, str]) -> str:
+def _words(fault: Mapping[str, Any]) -> str:
     """A fault's kind as people say it, with the camera that it is about."""
-    kind = str(fault["kind"]).replace("-", " ")
+    kind = fault["kind"].replace("-", " ")
     return f"{fault['camera']} {kind.removeprefix('camera ')}" if "camera" in fault else kind

@@ -55,6 +55,24 @@ def test_what_no_view_met_is_left_out() -> None:
     assert fault_spans([], told(late)) == ()
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "none", "", "3", '{"count": 0}', '["camera dirty"]', '[{"kind": "dirty"}]', '[{"kind": 3, "at": 1, "until": 2}]',
+        '[{"kind": "dirty", "at": "1", "until": 2}]', '[{"kind": "dirty", "at": NaN, "until": 2}]',
+        '[{"kind": "dirty", "at": 1}]', '[{"kind": "kidnap", "at": 1, "until": 2}]',
+        f'[{{"kind": "dirty", "at": 1, "until": 1{"0" * 400}}}]', "[" * 100_000,
+    ],
+)  # fmt: skip
+def test_what_a_log_from_elsewhere_tells_by_that_name_is_no_fault(text: str) -> None:
+    assert fault_spans(STRAIGHT, {"faults": text}) == ()
+
+
+def test_faults_beside_what_is_none_are_told() -> None:
+    black = {"kind": "camera-black", "camera": "camera-1", "at": 4.5, "until": 8.0}
+    assert fault_spans(STRAIGHT, told({"kind": "dirty"}, black)) == fault_spans(STRAIGHT, told(black))
+
+
 def test_without_truth_nothing_is_known() -> None:
     views = [*STRAIGHT[:3], View(6.0), *STRAIGHT[4:]]
     assert [math.isnan(way) for way in way_along(views, []).along] == [False] * 3 + [True] * 17
