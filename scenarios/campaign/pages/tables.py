@@ -28,7 +28,7 @@ from string import Formatter
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
-from refseq_bench.scenarios.campaign.pages.track_score import scored_together
+from refseq_bench.scenarios.campaign.pages.track_score import ALL, declared_seeds, scored_together
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import NONE
@@ -210,10 +210,24 @@ def _source(case: str, method: str, runs: CampaignRuns, place: str) -> CellSourc
                 f"{place}: {what} {name!r} was not judged in these campaigns; valid are {', '.join(valid) or 'none'}"
             )
     source = runs.found.get((case, method))
+    if source and case == f"{source.case.scenario}/{ALL}":
+        _check_same_seeds(source, place)
     resolved = source.case.resolved if source else {}
     if both := sorted({*resolved.get("seeds", ())} & {*resolved.get("training_seeds", ())}):
         raise ScenarioError(f"{place}: {case!r} was run on its training seeds {both}; valid are the seeds of the test")
     return source
+
+
+def _check_same_seeds(together: CellSource, place: str) -> None:
+    """Raise ``ScenarioError`` where a mean over all cases would be one of drives that some never had."""
+    scenario = together.case.scenario
+    seeds = dict.fromkeys(declared_seeds(case) for case in together.campaign.cases if case.scenario == scenario)
+    if len(seeds) > 1:
+        first, other, *_ = map(list, seeds)
+        raise ScenarioError(
+            f"{place}: cases of {scenario} have other seeds, {first} and {other}; valid is {scenario}/{ALL} of cases "
+            "with the same ones"
+        )
 
 
 def _shown(show: str, source: CellSource, place: str) -> str:

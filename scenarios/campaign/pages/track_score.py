@@ -12,7 +12,7 @@ ALL = "*"
 
 
 def scored_together(cases: Sequence[CaseRecord]) -> CaseRecord:
-    """All cases of a scenario as one, with the methods that answered some of them.
+    """All cases of a scenario, which have the same seeds, as one, with the methods that answered some of them.
 
     Each seed counts with the mean over the cases, in which a case that a method did not answer has no right answer.
     ``score_shared`` is the mean over the ``cases_shared`` alone, which all these methods answered; none without any.
@@ -20,8 +20,14 @@ def scored_together(cases: Sequence[CaseRecord]) -> CaseRecord:
     seeds = {seed: record for case in cases for seed, record in case.seeds.items()}
     methods = dict.fromkeys(one.method for case in cases for one in case.methods)
     shared = [case for case in cases if all(case.method(method) for method in methods)]
-    scored = tuple(_scored(method, cases, shared, list(seeds)) for method in methods)
+    declared = list(dict.fromkeys(seed for case in cases for seed in declared_seeds(case)))
+    scored = tuple(_scored(method, cases, shared, declared) for method in methods)
     return cases[0].model_copy(update={"name": f"{cases[0].scenario}/{ALL}", "methods": scored, "seeds": seeds})
+
+
+def declared_seeds(case: CaseRecord) -> tuple[int, ...]:
+    """The seeds that a case was run for, those among them that nobody answered."""
+    return tuple(case.resolved.get("seeds", case.seeds))
 
 
 def _scored(

@@ -54,6 +54,20 @@ def test_cases_that_all_answered_have_a_score_of_their_own() -> None:
     assert "| b | 0.200 in 1 of 2 |" in text
 
 
+def test_cases_of_other_seeds_are_not_scored_together() -> None:
+    record = campaign(of_track("one", a=[0.5, 0.5], b=[0.5, 0.5]), of_track("two", a=[0.5], b=[0.5]))
+    told = r"cases of track have other seeds, \[101, 102\] and \[101\]; valid is track/\* of cases with the same ones$"
+    with pytest.raises(ScenarioError, match=told):
+        filled(blocks(PAGE, "page")[0], CampaignRuns([record]))
+
+
+def test_a_seed_that_nobody_answered_has_no_right_answer() -> None:
+    lost = of_track("one", a=[0.8, 0.6], b=[0.8, 0.6])
+    record = lost.model_copy(update={"resolved": {"seeds": [101, 102, 103]}})
+    text = filled(blocks(PAGE, "page")[0], CampaignRuns([campaign(record, record.model_copy(update={"name": "two"}))]))
+    assert f"| ours | {1.4 / 3:.3f} (" in text
+
+
 def test_training_seeds_never_reach_a_page() -> None:
     record = campaign(of_track("one", (101,), a=[0.5], b=[0.5]), of_track("two", (101,), a=[0.5], b=[0.5]))
     with pytest.raises(ScenarioError, match=r"was run on its training seeds \[101\]; valid are the seeds of the test"):
