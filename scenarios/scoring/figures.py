@@ -100,15 +100,19 @@ def _harm(comparisons: Sequence[Comparison], method: str, pooled: Score) -> Prop
 
 
 def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
-    """All figures as a table of comma-separated values, units in the columns' names; empty where there is none."""
+    """All figures as a table of comma-separated values, units in the columns' names; empty where there is none.
+
+    Experiments of other tolerances, and of several drives, have columns of their own.
+    """
     text = io.StringIO()
     rows = [
         {"experiment": name, "method": one.method, **figures_record(one)}
         for name, found in experiments
         for one in found
     ]
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
+    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n")
+    if rows:
+        writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
 

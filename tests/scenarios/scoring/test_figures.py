@@ -11,7 +11,7 @@ from refseq.view import View
 from refseq_bench.scenarios.drives.benchmark import ALL, by_experiment
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
-from refseq_bench.scenarios.scoring.path_geometry import NARROW
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, Tolerance
 from refseq_bench.scenarios.scoring.score import harm, pool, score
 from refseq_bench.scenarios.scoring.tables.score_tables import figures_table, lost_table, ways_text
 from refseq_bench.scenarios.tables import print_whole
@@ -151,3 +151,11 @@ def test_csv_has_a_row_a_method_and_nothing_where_there_is_no_figure(seeds: list
     assert rows[2]["lost_auroc"] == ""
     assert rows[1]["worst_false_fix_m"] == "9.0"
     assert rows[1]["within_1.5_m_right_views"] == "1"
+
+
+def test_figures_of_other_tolerances_have_columns_of_their_own() -> None:
+    found = [("a", figures([away()])), ("b", figures([away()], wide=Tolerance(3.0)))]
+    rows = list(csv.DictReader(io.StringIO(figures_csv(found))))
+    assert [row["within_1.5_m_on_map_views"] for row in rows] == ["2", "2", "", ""]
+    assert [row["within_3_m_on_map_views"] for row in rows] == ["", "", "2", "2"]
+    assert figures_csv([]) == ""
