@@ -318,9 +318,10 @@ def perform(task: Task, folder: Store) -> TaskOutcome:
 
 
 def distinct(tasks: Sequence[Task]) -> list[Task]:
-    """Tasks and what they need, each once, needs first."""
+    """Tasks and what they need, each once, needs first; one that several want has the greatest of their limits."""
     found: dict[str, Task] = {}
     for task in tasks:
         for one in (*task.needs, task):
-            found.setdefault(one.key, one)
+            if one.limit > found.setdefault(one.key, one).limit:
+                found[one.key] = one
     return list(found.values())

@@ -179,3 +179,9 @@ def test_each_task_is_listed_once_after_what_it_needs() -> None:
     drives = [Chore("a"), Chore("b")]
     asked = [Chore("x", needs=(drives[0], drives[1])), Chore("y", needs=(drives[1],)), Chore("x", needs=(drives[0],))]
     assert [task.key for task in distinct(asked)] == ["a", "b", "x", "y"]
+
+
+def test_a_task_that_several_want_has_the_greatest_limit() -> None:
+    drive, other = Drive(), Drive(seed=4)
+    asked = [RecordTask(drive, 5.0), RecordTask(other, 1.0), RecordTask(drive, 3600.0), RecordTask(drive, 60.0)]
+    assert [(task.drive, task.limit) for task in distinct(asked)] == [(drive, 3600.0), (other, 1.0)]
