@@ -19,7 +19,10 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class SearchResult:
-    """All points that were run, the worst one, and the smallest change that fails; None: no point failed."""
+    """All points that were run, the worst one, and the smallest change that fails; None: no point failed.
+
+    Where some failed, the worst is among these: another may have a lower mean of both shares, and pass.
+    """
 
     points: tuple[Found, ...]
     worst: Found
@@ -49,13 +52,12 @@ def search(
         )
     for _ in seek(run, dials, budget, seed):
         pass
-    worst = min((one for one in points if not math.isnan(one.value)), key=lambda one: one.value)
     failing = [one for one in points if one.success < enough]
+    worst = min(failing or (one for one in points if not math.isnan(one.value)), key=lambda one: one.value)
     if not failing:
         return SearchResult(tuple(points), worst, None)
     say("shrinking")
-    least = min(failing, key=lambda one: one.value)
-    smallest = shrunk(least.point, dials, lambda point: run(point).success < enough)
+    smallest = shrunk(worst.point, dials, lambda point: run(point).success < enough)
     return SearchResult(tuple(points), worst, probe(smallest))
 
 

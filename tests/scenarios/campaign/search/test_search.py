@@ -40,6 +40,18 @@ def test_search_finds_the_worst_of_all_points_and_what_is_needed_for_it() -> Non
     assert dict(found.smallest.point) == {"x": 7.0, "y": 0.0} or "y" not in found.smallest.point
 
 
+def test_the_worst_failure_is_a_failure() -> None:
+    """The narrow share of many points is 0, though they pass; those that fail have a higher mean."""
+
+    def passing(point: Point) -> Found:
+        x, y = float(point.get("x", 0.0)), float(point.get("y", 0.0))
+        return Found(point, 0.75, 0.75) if x > 5 else Found(point, 0.95, 0.0 if y > 0 else 1.0)
+
+    found = search(passing, DIALS, 12, seed=1, enough=0.8, say=lambda _line: None)
+    assert any(one.success > 0.8 and one.value < 0.5 for one in found.points)
+    assert found.worst.success == 0.75
+
+
 def test_same_seed_seeks_the_same_points_and_another_others() -> None:
     points = [[one.point for one in seek(valley, DIALS, 12, seed)] for seed in (1, 1, 2)]
     assert points[0] == points[1] != points[2]
