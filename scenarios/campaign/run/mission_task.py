@@ -83,7 +83,7 @@ class MissionTask(Question):
         """The mission with the files that its query names where they lie on another machine; its keys stay."""
         assert isinstance(self.query, Drive)
         there = replace(self, query=drive_with_files(self.query, moved))
-        there.__dict__.update(sources=self.sources, key=self.key)
+        there.__dict__.update(sources=self.sources, key=self.key, network=self.network)
         return there
 
     @property

@@ -221,9 +221,11 @@ def test_a_program_on_another_machine_needs_no_file_but_a_world_does(tmp_path: P
     ((task,),) = tasks_of(case).values()
     order = remote_task_for(task, Store(tmp_path / "store"))
     assert [piece.path.name for piece in order.pieces if piece.where == "file"] == ["small.toml"]
+    task.__dict__["network"] = "of the sender"
     there = task.with_files({str(tmp_path.resolve() / "small.toml"): "elsewhere.toml"})
     assert there.drive is not None
     assert (there.drive.world, there.key, there.sources) == ("elsewhere.toml", task.key, task.sources)
+    assert there.network == task.network
 
 
 def test_turns_that_an_ideal_robot_makes_too() -> None:
