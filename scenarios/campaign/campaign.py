@@ -69,10 +69,11 @@ def run_campaign(
 ) -> Iterator[Judged]:
     """Run some cases; yields each as it is judged.
 
-    A task that cannot be done stops what needs it, and nothing else. ``fresh`` asks all questions anew; recordings are
-    taken from the store as ever. ``conclude`` is what is to be done with each verdict before it is yielded; it is
-    called in a thread of its own, so that nobody waits for the pages that it writes. ``UnwritableError`` of it ends the
-    campaign; anything else that it raises, but ``DamagedError``, is an error of its case, which is concluded as that.
+    A task that cannot be done stops what needs it, and nothing else. ``fresh`` asks all questions anew, and has maps
+    learnt anew, each once; recordings are taken from the store as ever. ``conclude`` is what is to be done with each
+    verdict before it is yielded; it is called in a thread of its own, so that nobody waits for the pages that it
+    writes. ``UnwritableError`` of it ends the campaign; anything else that it raises, but ``DamagedError``, is an error
+    of its case, which is concluded as that.
     """
     with suppress(OSError):  # a store that may only be read is as good, as long as nothing is missing in it
         store.sweep()
@@ -153,6 +154,7 @@ class _Campaign:
         self._judging: dict[Future[Judged], _Plan] = {}
         self._deserted = False
         self._outcomes: dict[str, TaskOutcome] = {}
+        self._discarded: set[str] = set()
         self._renewed: set[str] = set()
         self._repeated: set[str] = set()
         watcher.planned(self._waiting, {name: plan.asked for name, plan in plans.items()})
@@ -202,18 +204,17 @@ class _Campaign:
             self._watcher.noted("there is no worker; the campaign waits for one" if deserted else "there are workers")
 
     def _hand_out(self, task: Task) -> None:
-        if self._is_fresh(task):
-            self._store.discard(task.key)
+        if self._fresh and isinstance(task, Question):
+            for key in {task.key, *task.maps} - self._discarded:  # a map that others share is learnt once
+                self._store.discard(key)
+                self._discarded.add(key)
         self._waiting.remove(task)
         self._watcher.started(task)
         self._running[self._executor.submit(task)] = task
 
-    def _is_fresh(self, task: Task) -> bool:
-        return self._fresh and isinstance(task, Question)
-
     def _kept(self, task: Task) -> bool:
         """Return true where the task's file is whole in the store; note one that is cut off."""
-        if self._is_fresh(task):
+        if self._fresh and isinstance(task, Question):
             return False
         if self._store.has(task.key, task.ending):
             return True

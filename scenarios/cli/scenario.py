@@ -146,7 +146,7 @@ def run(
     ] = None,
     methods: Annotated[str | None, option("NAMES", f"{METHODS.help} none: only --localiser.")] = None,
     renderer: Annotated[CameraRenderer | None, defaulting(CAMERA_RENDERER, "that of each scenario")] = None,
-    fresh: Annotated[bool, flag("--fresh", "Ask all methods anew; recordings are kept.")] = False,
+    fresh: Annotated[bool, flag("--fresh", "Have all methods learn and answer anew; recordings are kept.")] = False,
 ) -> None:
     """Run scenarios and judge them."""
     from refseq_bench.scenarios.campaign.declare.cases import find

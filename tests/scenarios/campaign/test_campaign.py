@@ -4,6 +4,8 @@ import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -147,8 +149,30 @@ def test_what_is_kept_is_not_done_again_and_fresh_asks_anew(tmp_path: Path, monk
     assert notes.kept == ["drive"]  # nor did the worker find the old answers
 
 
+@dataclass(frozen=True)
 class Answer(Chore):
-    """What counts as a question."""
+    """What counts as a question; ``learnt`` are the maps that it did not find."""
+
+    maps: tuple[str, ...] = ()
+    learnt: list[str] = field(default_factory=list, compare=False)
+
+    def carry_out(self, store: Store) -> None:
+        for key in self.maps:
+            store.make(key, ANSWERS, partial(self._learn, key))
+        super().carry_out(store)
+
+    def _learn(self, key: str, path: Path) -> None:
+        self.learnt.append(key)
+        path.write_bytes(WHOLE)
+
+
+def test_fresh_learns_each_map_anew_and_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(campaign, "Question", Answer)
+    store, learnt = Store(tmp_path), list[str]()
+    one, other = (Answer(key, maps=maps, learnt=learnt) for key, maps in (("a", ("shared", "own")), ("b", ("shared",))))
+    for fresh in (False, False, True):
+        conducted(store, [case_of("a", one), case_of("b", other)], workers=1, fresh=fresh)
+    assert learnt == ["shared", "own"] * 2
 
 
 def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
