@@ -154,6 +154,7 @@ class _Campaign:
         self._judging: dict[Future[Judged], _Plan] = {}
         self._deserted = False
         self._outcomes: dict[str, TaskOutcome] = {}
+        self._missing: set[str] = set()
         self._discarded: set[str] = set()
         self._renewed: set[str] = set()
         self._repeated: set[str] = set()
@@ -179,20 +180,24 @@ class _Campaign:
     def _begin(self) -> None:
         """Hand out tasks that nothing holds up, the first cases' first, one a worker.
 
-        A worker never has a queue of its own, so that answers come as soon as they can, not after the last drive.
+        A worker never has a queue of its own, so that answers come as soon as they can, not after the last drive. In
+        the store each is looked for as soon as nothing holds it up, and again, as others may make it, when its turn has
+        come: thousands wait.
         """
         for task in list(self._waiting):
             needs = [self._outcomes.get(need.key) for need in task.needs]
             if None in needs:
                 continue
-            if self._kept(task):
+            free = len(self._running) < self._executor.workers
+            if (free or task.key not in self._missing) and self._kept(task):
                 self._end(task, TaskOutcome(Verdict.PASSED, kept=True))
             elif failed := next((need for need in needs if need and not need.good), None):
                 self._end(task, failed)
-            elif len(self._running) < self._executor.workers:
+            elif free:
                 self._hand_out(task)
                 continue
             else:
+                self._missing.add(task.key)
                 continue
             self._waiting.remove(task)
 

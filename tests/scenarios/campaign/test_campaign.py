@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -195,6 +196,32 @@ def test_what_killed_workers_left_behind_is_swept(tmp_path: Path) -> None:
     (tmp_path / ".refseq-draft-dead").mkdir()
     conducted(Store(tmp_path), [case_of("a", Chore("ask"))])
     assert {path.name for path in tmp_path.iterdir()} == {f"ask{ANSWERS}"}
+
+
+def test_the_store_is_not_searched_for_all_that_waits_again_and_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looked, has = Counter[str](), Store.has
+
+    def counted(store: Store, key: str, ending: str) -> bool:
+        looked[key] += 1
+        return has(store, key, ending)
+
+    monkeypatch.setattr(Store, "has", counted)
+    conducted(Store(tmp_path), [case_of(f"case-{n}", Chore(f"ask-{n}")) for n in range(20)], workers=1)
+    assert max(looked.values()) == 3  # as it begins to wait, in its turn, and by the worker
+
+
+def test_what_another_campaign_has_made_meanwhile_is_not_made_again(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+
+    class Watch(Notes):
+        def started(self, task: Chore) -> None:
+            Chore("second").carry_out(store)
+
+    executor, notes = Threads(1, store), Watch()
+    list(run_campaign([case_of("a", Chore("first"), Chore("second"))], executor, store, notes))
+    assert (executor.order, notes.kept) == (["first"], ["second"])
 
 
 def test_two_campaigns_at_once_share_a_store(tmp_path: Path) -> None:
