@@ -322,6 +322,7 @@ def distinct(tasks: Sequence[Task]) -> list[Task]:
     found: dict[str, Task] = {}
     for task in tasks:
         for one in (*task.needs, task):
-            if one.limit > found.setdefault(one.key, one).limit:
+            held = found.setdefault(one.key, one)
+            if one.limit > held.limit:
                 found[one.key] = one
     return list(found.values())
