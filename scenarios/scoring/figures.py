@@ -217,7 +217,7 @@ def _atlas_record(atlas: AtlasScore) -> dict[str, float | None]:
 
 def success_over_seeds(runs: Sequence[Score]) -> tuple[float, float] | None:
     """The 95 % interval of success over seeds, as shares; ``None`` for a single one."""
-    return interval_over_runs(runs, lambda pooled: pooled.success.value)
+    return interval_over_runs([one.success for one in runs])
 
 
 def _ways_record(name: str, ways: Sequence[DistanceOrNever]) -> dict[str, float | None]:

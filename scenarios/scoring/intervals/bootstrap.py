@@ -7,12 +7,12 @@ even that is narrow: five runs that agree have no width at all.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations_with_replacement
 
 import numpy as np
 
-from refseq_bench.scenarios.scoring.score import Score, pool
+from refseq_bench.scenarios.scoring.proportion import Proportion
 
 MOST_EXACT = 6
 """Runs up to which every resample is looked at, 462 of them, each as often as it would be drawn."""
@@ -22,14 +22,14 @@ SEED = 2008
 COVERED = 0.95
 
 
-def interval_over_runs(runs: Sequence[Score], figure: Callable[[Score], float]) -> tuple[float, float] | None:
-    """The middle 95 % of a figure over resamples of some runs; ``None`` for less than two, or without such a figure.
+def interval_over_runs(runs: Sequence[Proportion]) -> tuple[float, float] | None:
+    """The middle 95 % of the pooled share over resamples of some runs; ``None`` for less than two, or without trials.
 
-    ``figure`` takes the pooled score of a resample; resamples for which it is nan do not count.
+    Resamples without any trial do not count.
     """
     if len(runs) < 2:
         return None
-    found = [(figure(pool([runs[k] for k in chosen])), weight) for chosen, weight in resamples(len(runs))]
+    found = [(Proportion.pooled(runs[k] for k in chosen).value, weight) for chosen, weight in resamples(len(runs))]
     there = sorted((value, weight) for value, weight in found if not math.isnan(value))
     if not there:
         return None
