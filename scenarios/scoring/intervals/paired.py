@@ -48,30 +48,44 @@ def paired_difference(ours: tuple[float, ...], others: tuple[float, ...], floor:
     methods differ by the same amount at all seeds.
     """
     apart = np.subtract(ours, others).astype(np.float64)
-    return PairedDifference(float(apart.mean()), _p_value(apart), max(floor, _smallest(apart - apart.mean())))
+    p = _Resamples(apart).p_value(0.0)
+    return PairedDifference(float(apart.mean()), p, max(floor, _smallest(apart - apart.mean())))
 
 
-def _p_value(apart: NDArray[np.float64]) -> float:
-    """Two-sided p-value of differences (n,) having mean 0."""
-    weights = _weights(len(apart))
-    return max(float(np.mean(_t(weights * apart) >= _t(apart[None])[0] * (1 - 1e-9))), least_p(len(apart)))
+class _Resamples:
+    """Resamples of differences (n,) as sums over seeds (B,), of which those of all shifted by any amount are made."""
+
+    def __init__(self, apart: NDArray[np.float64]) -> None:
+        weights = _weights(len(apart))
+        drawn = weights * apart
+        self._apart, self._mean, self._weight = apart, drawn.mean(axis=1), weights.mean(axis=1)
+        drawn -= self._mean[:, None]
+        rest = weights - self._weight[:, None]
+        self._squares = [np.einsum("bn,bn->b", *pair) for pair in ((drawn, drawn), (drawn, rest), (rest, rest))]
+
+    def p_value(self, shift: float) -> float:
+        """Two-sided p-value of the differences, all larger by ``shift``, having mean 0."""
+        count, (own, both, weight) = len(self._apart), self._squares
+        spread = np.sqrt(np.maximum(own + shift * (2 * both + shift * weight), 0.0) / (count - 1))
+        found = _t((self._apart + shift).mean(), self._apart.std(ddof=1))
+        return max(float(np.mean(_t(self._mean + shift * self._weight, spread) >= found * (1 - 1e-9))), least_p(count))
 
 
 def _smallest(centred: NDArray[np.float64]) -> float:
     """The least mean that residuals (n,) would let show; by halving the interval in which p falls below the level."""
     if least_p(len(centred)) > LEVEL:
         return math.inf
+    resamples = _Resamples(centred)
     low, high = 0.0, 100 * float(np.ptp(centred))
     while high - low > 1e-4:
         middle = (low + high) / 2
-        low, high = (low, middle) if _p_value(centred + middle) <= LEVEL else (middle, high)
+        low, high = (low, middle) if resamples.p_value(middle) <= LEVEL else (middle, high)
     return high
 
 
-def _t(differences: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The absolute t statistic of each row (B, n); infinite of a mean without spread, 0 of no difference at all."""
-    mean, spread = np.abs(differences.mean(axis=1)), differences.std(axis=1, ddof=1)
-    flat = spread < 1e-12
+def _t(mean: NDArray[np.float64], spread: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The absolute t statistic but for √n; infinite of a mean without spread, 0 of no difference at all."""
+    mean, flat = np.abs(mean), spread < 1e-12
     return np.where(flat, np.where(mean > 1e-12, np.inf, 0.0), mean / np.where(flat, 1.0, spread))
 
 
