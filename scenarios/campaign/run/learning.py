@@ -35,8 +35,9 @@ def kept_maps(store: Store, learning: Learning, key_for: Callable[[str], str]) -
             map_.noted({LEARNING: f"{clock() - begin:.3f}"}).save(path)
 
         key = key_for(profile)
+        kept = store.make(key, MAP, make)
         try:
-            whole = Map.load(store.make(key, MAP, make))
+            whole = Map.load(kept)
         except RefseqError:
             store.discard(key)
             whole = Map.load(store.make(key, MAP, make))

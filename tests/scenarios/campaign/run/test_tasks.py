@@ -6,12 +6,14 @@ from pathlib import Path
 import pytest
 
 from refseq.belief import Belief
-from refseq.errors import LogError
+from refseq.errors import LogError, MapError
+from refseq.map.map import Map
 from refseq.view import LASER, View
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, AbsentError, Log
 from refseq_bench.scenarios.campaign.run import answering, tasks
+from refseq_bench.scenarios.campaign.run.learning import kept_maps
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, RecordTask, answers_of, distinct, perform
 from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
 from refseq_bench.scenarios.drives.record import Drive
@@ -130,6 +132,20 @@ def test_a_map_is_shared_by_all_who_learn_the_same(asks: AnswerTask) -> None:
     ]
     maps = [name for one in (asks, *others) for name in one.maps]
     assert len(set(maps)) == len(maps)
+
+
+def test_learning_that_fails_is_not_tried_again(tmp_path: Path) -> None:
+    tried = list[str]()
+
+    class Failing:
+        def learnt(self, profile: str, _views: Sequence[View]) -> Map:
+            tried.append(profile)
+            raise MapError("no view has a feature")
+
+    shelf = kept_maps(Store(tmp_path), Failing(), lambda profile: profile)  # type: ignore[arg-type]
+    with pytest.raises(MapError, match="no view has a feature"):
+        shelf("thesis", [])
+    assert tried == ["thesis"]
 
 
 def test_methods_learn_the_places_asked_for_and_never_see_where_they_are(
