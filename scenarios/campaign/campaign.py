@@ -94,13 +94,14 @@ def _through(conclude: Conclude, result: Judged) -> Judged:
 
     Raises ``DamagedError`` and ``UnwritableError``.
     """
-    try:
-        conclude(result)
-    except (DamagedError, UnwritableError):
-        raise
-    except Exception as error:
-        result = _without_answers(result.case, Verdict.ERROR, f"its page: {one_line(error)}")
-        conclude(result)
+    for _ in ("the page", "one that tells of the error alone"):
+        try:
+            conclude(result)
+            break
+        except (DamagedError, UnwritableError):
+            raise
+        except Exception as error:
+            result = _without_answers(result.case, Verdict.ERROR, f"its page: {one_line(error)}")
     return result
 
 

@@ -58,7 +58,8 @@ def test_what_no_view_met_is_left_out() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "none", "", "3", '{"count": 0}', '["camera dirty"]', '[{"kind": "dirty"}]', '[{"kind": 3, "at": 1, "until": 2}]',
+        "none", "", "3", '{"count": 0}', '["camera dirty"]', '[{"kind": "dirty"}]',
+        '[{"kind": 3, "at": 1, "until": 2}]',
         '[{"kind": "dirty", "at": "1", "until": 2}]', '[{"kind": "dirty", "at": NaN, "until": 2}]',
         '[{"kind": "dirty", "at": 1}]', '[{"kind": "kidnap", "at": 1, "until": 2}]',
         f'[{{"kind": "dirty", "at": 1, "until": 1{"0" * 400}}}]', "[" * 100_000,

@@ -90,6 +90,5 @@ def test_of_several_drives_a_place_is_named_by_its_number_in_its_own() -> None:
         "36 of path-b",
     ]
     path = path_of(several)
-    assert (
-        same_places(several, path, WIDE, "mine")[0].caption == "query view 0, reference place 0 of path-a, 0.00 m apart"
-    )
+    first = same_places([several], 0, path, WIDE, "mine")[0]
+    assert first.caption == "query view 0, reference place 0 of path-a, 0.00 m apart"
