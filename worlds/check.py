@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import LightSetting
-from refseq_bench.worlds.plans.areas import enclosing
+from refseq_bench.worlds.plans.areas import crowded_corners, enclosing
 from refseq_bench.worlds.plans.schema import TABLES, FloorPlan, Wall
 
 TOLERANCE = 0.01
@@ -66,7 +66,7 @@ def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox]
     solids = _solids(model)
     things = _plan_items(plan)
     findings = (
-        *_open_ends(plan),
+        *_not_enclosed(plan),
         *_missing(model, things),
         *_overlapping(model, plan, things, solids),
         *(line for robot in robots for line in _blocked(spec, plan, things, robot)),
@@ -77,11 +77,24 @@ def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox]
 # --- is the building closed? ---
 
 
-def _open_ends(plan: FloorPlan) -> Iterator[str]:
-    """Find ends of walls up to the ceiling that meet no other one, where such walls do not enclose an area."""
+def _not_enclosed(plan: FloorPlan) -> Iterator[str]:
+    """Find where walls up to the ceiling leave the building open, or do not tell what of it they enclose."""
     walls = [wall for wall in plan.wall if wall.height is None]
     if plan.ceiling is None or enclosing(plan):
         return
+    if ends := list(_open_ends(walls)):
+        yield from ends
+    elif all(0.0 in np.subtract(wall.end, wall.start) for wall in walls):
+        crowded = [f"x {x:.2f}, y {y:.2f}" for x, y in crowded_corners(plan)]
+        where = f": more than two end at {'; at '.join(crowded[:4])}" if crowded else ""
+        yield (
+            f"walls up to the ceiling enclose no one area{where}; floor and ceiling fill the rectangle around them "
+            "all: valid is an outline whose walls meet two by two, with partitions inside it"
+        )
+
+
+def _open_ends(walls: Sequence[Wall]) -> Iterator[str]:
+    """Find ends of walls that meet no other one."""
     for wall in walls:
         others = [other for other in walls if other is not wall]
         for x, y in (wall.start, wall.end):

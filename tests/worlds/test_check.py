@@ -8,6 +8,7 @@ import pytest
 from refseq_bench.worlds.check import TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
+from tests.worlds.conftest import corner
 
 Text = Callable[..., str]
 LIGHT = light_named("16:00")
@@ -31,6 +32,19 @@ def test_a_wall_that_meets_no_other_leaves_the_building_open(small: Text) -> Non
         "wall 'left' meets no other one at x 0.00, y 1.20: the building is open there",
         "wall 'far' meets no other one at x 0.00, y 1.10: the building is open there",
     )
+
+
+@pytest.mark.parametrize(
+    ("start", "crowded"),
+    [((0.0, 1.0), ": more than two end at x 4.00, y 5.00; at x 0.00, y 1.00"), ((1.0, 1.0), "")],
+)
+def test_a_room_beside_the_outline_is_told(start: tuple[float, float], crowded: str) -> None:
+    x = start[0]
+    ends = [(start, (x, 5.0)), ((x, 5.0), (4.0, 5.0))]
+    room = "".join(SECOND_WALL.replace("[8, -1.2]", str([*a])).replace("[8, 1.2]", str([*b])) for a, b in ends)
+    named = room.replace('"end"', '"room"', 1).replace('"left"', '"right"')
+    (finding,) = check_world(parse_plan(corner() + named), LIGHT).findings[:1]
+    assert finding.startswith(f"walls up to the ceiling enclose no one area{crowded}; floor and ceiling fill")
 
 
 def test_an_empty_corridor_has_nothing_to_find(small: Text) -> None:

@@ -1,5 +1,6 @@
 """The shell of a building: floor, ceiling, walls with what is cut out of them."""
 
+import math
 from collections.abc import Iterator
 from functools import partial
 from itertools import groupby
@@ -11,7 +12,7 @@ import numpy as np
 from refseq_bench.worlds.arrays import Block, Floats, Span
 from refseq_bench.worlds.parts import scenery, textures
 from refseq_bench.worlds.parts.site import TOUCHED, Site
-from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.areas import JOINED, Rectangle, rectangles
 from refseq_bench.worlds.plans.frame import LEVEL, LocalFrame, quaternion
 from refseq_bench.worlds.plans.schema import Door, FloorPlan, Point, Wall, Window
 
@@ -118,9 +119,9 @@ def _reach(plan: FloorPlan, wall: Wall) -> Span:
     inward = LocalFrame.of(wall).inward
 
     def past(corner: Point) -> float:
-        at_corner = [w for w in plan.wall if w != wall and corner in (w.start, w.end)]
-        far_ends = [w.end if w.start == corner else w.start for w in at_corner]
-        turns_away = any(np.subtract(end, corner) @ inward < 0.0 for end in far_ends)
+        ends = [pair for w in plan.wall if w != wall for pair in ((w.start, w.end), (w.end, w.start))]
+        far_ends = [far for near, far in ends if math.dist(near, corner) <= JOINED]
+        turns_away = any(np.subtract(end, corner) @ inward < -JOINED for end in far_ends)
         return 0.0 if turns_away else wall.thickness
 
     return past(wall.start), past(wall.end)

@@ -1,18 +1,22 @@
 """Ground area between the walls of a plan, as rectangles.
 
 Walls that run along x and y and leave no gap enclose a polygon, maybe with courtyards; it is cut into rectangles at the
-walls' own coordinates. Around any other walls it is the smallest rectangle.
+walls' own coordinates. Partitions may stand in it. Around any other walls it is the smallest rectangle.
 """
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from refseq_bench.worlds.arrays import Floats
-from refseq_bench.worlds.plans.schema import FloorPlan, Wall
+from refseq_bench.worlds.plans.schema import FloorPlan, Point, Wall
+
+JOINED = 0.01
+"""Ends of walls that are no farther apart along x and y [m] meet: what is drawn to the centimetre may be off by one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +44,12 @@ class Rectangle:
 
 def rectangles(plan: FloorPlan) -> tuple[Rectangle, ...]:
     """Cut the ground between the walls into rectangles that touch and do not overlap."""
-    walls = enclosing(plan)
-    if plan.ceiling is None or not walls:
-        return (Rectangle(*plan.bounds),)
-    ends = np.array([(w.start, w.end) for w in walls])  # (n, 2 ends, 2)
+    ring = _ring_of(plan) if plan.ceiling is not None else None
+    return (Rectangle(*plan.bounds),) if ring is None else _cut(ring.ends)
+
+
+def _cut(ends: Floats) -> tuple[Rectangle, ...]:
+    """Rectangles between walls from end to end, (n, 2 ends, 2), along x and y."""
     xs, ys = np.unique(ends[..., 0]), np.unique(ends[..., 1])
     upright = ends[ends[:, 0, 0] == ends[:, 1, 0]]
     return tuple(
@@ -66,12 +72,72 @@ def _runs(columns: Iterable[tuple[float, float]], upright: Floats, y: float) -> 
     return runs
 
 
+class _Ring(NamedTuple):
+    """Walls that close an area off, and their ``ends`` (n, 2 ends, 2) [m] where two of them meet in each corner."""
+
+    walls: tuple[Wall, ...]
+    ends: Floats
+
+
 def enclosing(plan: FloorPlan) -> tuple[Wall, ...]:
     """Return the walls that close the area off, up to the ceiling; none where they leave a gap or run askew."""
-    walls = tuple(w for w in plan.wall if w.height is None)
-    corners = Counter(corner for wall in walls for corner in (wall.start, wall.end))
-    straight = all(0.0 in np.subtract(w.end, w.start) for w in walls)
-    return walls if straight and all(count == 2 for count in corners.values()) else ()
+    ring = _ring_of(plan)
+    return () if ring is None else ring.walls
+
+
+def _ring_of(plan: FloorPlan) -> _Ring | None:
+    """The walls around the area: as they are drawn, or else where ends that are nearly the same are taken for one."""
+    walls = tuple(wall for wall in plan.wall if wall.height is None)
+    if not walls:
+        return None
+    drawn = np.array([(wall.start, wall.end) for wall in walls])
+    rings = (_closed(walls, ends) for ends in (drawn, _snapped(drawn)))
+    return next((ring for ring in rings if ring is not None), None)
+
+
+def _closed(walls: tuple[Wall, ...], ends: Floats) -> _Ring | None:
+    """The walls that meet others at both ends, if they close an area off in which the others stand as partitions."""
+    kept, crowd = _linked(ends)
+    ring = ends[kept]
+    straight = np.any(ring[:, 0] == ring[:, 1], axis=1)
+    if not kept or crowd or not straight.all():
+        return None
+    grown = [Rectangle(area.low - JOINED, area.high + JOINED) for area in _cut(ring)]
+    loose = np.delete(ends, kept, axis=0).reshape(-1, 2)
+    if not all(any(area.holds(end) for area in grown) for end in loose):
+        return None
+    return _Ring(tuple(walls[i] for i in kept), ring)
+
+
+def _linked(ends: Floats) -> tuple[list[int], list[Point]]:
+    """Numbers of the walls left when those with a free end are gone, one after another; corners of more than two."""
+    kept = list(range(len(ends)))
+    while True:
+        meeting = Counter(tuple(corner) for i in kept for corner in ends[i].tolist())
+        linked = [i for i in kept if all(meeting[tuple(corner)] > 1 for corner in ends[i].tolist())]
+        if linked == kept:
+            return kept, [(x, y) for (x, y), count in meeting.items() if count > 2]
+        kept = linked
+
+
+def crowded_corners(plan: FloorPlan) -> list[Point]:
+    """Return the corners in which more than two walls up to the ceiling meet: which of them enclose is not told."""
+    walls = [(wall.start, wall.end) for wall in plan.wall if wall.height is None]
+    return _linked(_snapped(np.array(walls)))[1] if walls else []
+
+
+def _snapped(ends: Floats) -> Floats:
+    """Ends of walls, (n, 2 ends, 2), whose coordinates are one where they are nearly the same."""
+    return np.stack([_merged(ends[..., 0]), _merged(ends[..., 1])], axis=-1)
+
+
+def _merged(values: Floats) -> Floats:
+    """Values in which each that is no more than ``JOINED`` above a lesser one is that one."""
+    levels: list[float] = []
+    for value in np.unique(values).tolist():
+        if not levels or value > levels[-1] + JOINED + 1e-9:
+            levels.append(value)
+    return np.array(levels)[np.searchsorted(levels, values, side="right") - 1]
 
 
 def inside(plan: FloorPlan, point: Sequence[float] | Floats) -> bool:
