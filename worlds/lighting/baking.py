@@ -255,7 +255,7 @@ def _share_in_sight(occluders: Occluders, origins: Floats, quad: Floats) -> Floa
 def _from_posts(plan: FloorPlan, numbers: Photometry, occluders: Occluders, cards: Cards) -> Floats:
     """Light of the street lamps that burn and are in sight, (m,) [lx]."""
     lux = np.zeros(len(cards))
-    for post in (post for post in plan.post if post.name in numbers.burning):
+    for post in (post for post in plan.post if post.name in numbers.lit_posts):
         found = camera_weight(post.kelvin) * post_illuminance(post, cards)
         lit = np.flatnonzero(found > 0.0)
         head = np.broadcast_to(head_of(post), (len(lit), 3))

@@ -40,6 +40,9 @@ ROOM_LUMINANCE = 120.0
 FACE_SHARES = np.array([[0.361, 0.642, 0.0], [0.165, 0.671, 0.165], [0.0, 0.642, 0.361]])
 """Illuminance over π of cards that look up, sideways and down (rows) by image light from the upper, the four upright
 and the lower faces of luminance 1 (columns); measured in Filament."""
+FAINTEST = 1e-6
+"""Cards that want less than this share of the brightest one's luminance count as if they wanted so much: black ground
+throws none back, and errors of nothing have no share."""
 PANE = Material(albedo=0.08, roughness=0.1)
 
 
@@ -76,7 +79,8 @@ def face_luminances(above: float, below: float) -> Floats:
     from scipy.optimize import nnls  # half a second to import, which only worlds in the open air wait for
 
     wanted = np.array([above, (above + below) / 2, below])
-    return np.asarray(nnls(FACE_SHARES / wanted[:, None], np.ones(3))[0])
+    scale = np.maximum(wanted, FAINTEST * wanted.max())
+    return np.asarray(nnls(FACE_SHARES / scale[:, None], wanted / scale)[0])
 
 
 def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
@@ -135,7 +139,7 @@ def post_illuminance(post: Post, cards: Cards) -> Floats:
 def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     length, width, _ = HEAD
     for post in plan.post:
-        name, on = f"post_{post.name}_lamp", post.name in numbers.burning
+        name, on = f"post_{post.name}_lamp", post.name in numbers.lit_posts
         candela = camera_weight(post.kelvin) * axial(post)
         below = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height - 0.02, post.height))
         glass = site.glowing(name, candela / (length * width)) if on else "frame"

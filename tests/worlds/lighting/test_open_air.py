@@ -90,10 +90,10 @@ def test_white_cards_that_face_all_ways_have_the_meters_luminance(light: str) ->
         assert seen[name] == pytest.approx(lux / np.pi, rel=0.05), name
 
 
-@pytest.mark.parametrize(("above", "below"), [(1.0, 1.0), (1.0, 0.2), (1.0, 1.2), (3e-2, 6e-3)])
+@pytest.mark.parametrize(("above", "below"), [(1.0, 1.0), (1.0, 0.2), (1.0, 1.2), (3e-2, 6e-3), (1.0, 0.0)])
 def test_image_lights_faces_give_what_two_halves_of_a_sphere_would(above: float, below: float) -> None:
     given = FACE_SHARES @ face_luminances(above, below)
-    assert given == pytest.approx([above, (above + below) / 2, below], rel=0.04)
+    assert given == pytest.approx([above, (above + below) / 2, below], rel=0.05)
     assert (face_luminances(above, below) >= 0.0).all()
 
 
@@ -215,8 +215,8 @@ def test_ground_under_a_street_lamp_is_as_bright_as_the_meter_says() -> None:
 
 
 def test_lamps_burn_in_the_dark_and_by_hand() -> None:
-    assert lit("13:00").photometry.burning == ()
-    assert lit("02:00").photometry.burning == ("p1",)
+    assert lit("13:00").photometry.lit_posts == ()
+    assert lit("02:00").photometry.lit_posts == ("p1",)
     assert illuminance(yard(), light_named("13:00,lamps=on"), (-14, -10, 0), UP).lamps > 30.0
     assert illuminance(yard(), light_named("02:00,lamps=off"), (-14, -10, 0), UP).lamps == 0.0
 

@@ -17,6 +17,7 @@ from refseq_bench.worlds.lighting.photometry import (
     window_luminance,
 )
 from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from refseq_bench.worlds.plans.schema import Post
 from tests.worlds.conftest import box
 
 PLAN = load_plan("hallway")
@@ -24,14 +25,21 @@ PLAN = load_plan("hallway")
 
 @pytest.mark.parametrize("name", light_names())
 def test_lamps_burn_when_it_is_dark_outside(name: str) -> None:
-    assert bool(photometry(PLAN, light_named(name)).burning) == (name == "late-evening")
+    assert bool(photometry(PLAN, light_named(name)).lit_rows) == (name == "late-evening")
 
 
 def test_lamps_obey_their_switches() -> None:
     always = PLAN.model_copy(update={"lamp": (PLAN.lamp[0].model_copy(update={"switch": "always"}),)})
-    assert photometry(always, light_named("noon")).burning == ("row",)
-    assert photometry(always, light_named("late-evening,lamps=off")).burning == ()
-    assert photometry(PLAN, light_named("noon,lamps=on")).burning == ("row",)
+    assert photometry(always, light_named("noon")).lit_rows == ("row",)
+    assert photometry(always, light_named("late-evening,lamps=off")).lit_rows == ()
+    assert photometry(PLAN, light_named("noon,lamps=on")).lit_rows == ("row",)
+
+
+def test_a_post_and_a_row_of_lamps_of_one_name_have_a_switch_each() -> None:
+    post = Post(name="row", at=(0.0, 0.0), switch="always")
+    numbers = photometry(PLAN.model_copy(update={"post": (post,)}), light_named("noon"))
+    assert (numbers.lit_rows, numbers.lit_posts) == ((), ("row",))
+    assert not any(spot.kind == "lamp" for spot in spots(PLAN, numbers))
 
 
 def test_each_window_has_its_own_glass() -> None:
