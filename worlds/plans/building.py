@@ -21,6 +21,7 @@ from refseq_bench.worlds.plans.furnish import (
     lamp_rows,
     modular,
     named,
+    without_overlaps,
 )
 from refseq_bench.worlds.plans.generate import END_MARGIN, closed_where_cramped, route_along, wall_of
 from refseq_bench.worlds.plans.schema import FloorPlan, Wall
@@ -52,7 +53,7 @@ def building(seed: int, dials: Dials = AS_DRAWN) -> FloorPlan:
     items = [item for w in walls[:4] for item in _on_outer(rng, like, w, float(block[0]) + like.width, alike)]
     items += _on_blocks(rng, like, walls[4:], alike, dials.repetition)
     size = np.max([w.end for w in walls], axis=0)
-    return FloorPlan.model_validate(
+    plan = FloorPlan.model_validate(
         {
             "name": f"building-{seed}{dials.suffix}",
             "title": f"Building of {count} blocks, {size[0]:.0f} × {size[1]:.0f} m, made from seed {seed}",
@@ -66,6 +67,7 @@ def building(seed: int, dials: Dials = AS_DRAWN) -> FloorPlan:
             "routes": _routes(count, block, like.width),
         }
     )
+    return without_overlaps(plan)
 
 
 BUILDINGS = 26

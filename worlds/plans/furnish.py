@@ -9,7 +9,8 @@ import numpy as np
 from numpy.random import Generator
 
 from refseq_bench.worlds.arrays import Floats, Span
-from refseq_bench.worlds.plans.schema import Wall
+from refseq_bench.worlds.plans.rules import collide
+from refseq_bench.worlds.plans.schema import ON_WALL, FloorPlan, Wall
 
 MODULE = 8.0
 """Length of wall that comes again where a dial asks for it [m]: some two doors and what is between them."""
@@ -293,6 +294,21 @@ def _within(item: Item, low: float, high: float) -> bool:
 
 def _reaches(item: Item, low: float, high: float) -> bool:
     return bool(item["at"] + half_width(item) > low and item["at"] - half_width(item) < high)
+
+
+def without_overlaps(plan: FloorPlan) -> FloorPlan:
+    """Return the plan without each thing on a wall that covers one before it.
+
+    A radiator may be wider than the window above it, and a window wider than the gap between two wings.
+    """
+    kept: dict[str, list[Any]] = {table: [] for table in ON_WALL}
+    hung: list[Any] = []
+    for table in ON_WALL:
+        for item in getattr(plan, table):
+            if not any(collide(item, other) for other in hung):
+                kept[table].append(item)
+                hung.append(item)
+    return plan.model_copy(update={table: tuple(items) for table, items in kept.items()})
 
 
 def named(items: list[Item]) -> dict[str, list[Item]]:

@@ -33,6 +33,7 @@ from refseq_bench.worlds.plans.furnish import (
     modular,
     named,
     repeated,
+    without_overlaps,
 )
 from refseq_bench.worlds.plans.schema import Door, FloorPlan, Wall
 
@@ -65,7 +66,7 @@ def corridor(seed: int, dials: Dials = AS_DRAWN) -> FloorPlan:
     route = route_along(points)
     length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
     bends = ("straight", "with a bend", "with two bends")[len(points) - 2]
-    return FloorPlan.model_validate(
+    plan = FloorPlan.model_validate(
         {
             "name": f"corridor-{seed}{dials.suffix}",
             "title": f"Corridor of {length:.0f} m, {bends}, made from seed {seed}",
@@ -79,6 +80,7 @@ def corridor(seed: int, dials: Dials = AS_DRAWN) -> FloorPlan:
             "routes": {"forward": route, "reverse": route[::-1]},
         }
     )
+    return without_overlaps(plan)
 
 
 def _by_day(legs: int, glazed: set[str]) -> list[bool]:

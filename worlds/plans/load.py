@@ -38,7 +38,8 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
         return parse_plan(_read(path), str(name_or_path))
     if made := re.fullmatch(r"(corridor|building):(\d{1,18})(?:,(.*))?", str(name_or_path), re.ASCII):
         make = corridor if made[1] == "corridor" else building
-        return make(int(made[2]), AS_DRAWN if made[3] is None else parse_dials(made[3], str(name_or_path)))
+        dials = AS_DRAWN if made[3] is None else parse_dials(made[3], str(name_or_path))
+        return checked(make(int(made[2]), dials), str(name_or_path))
     name, turned, _ = str(name_or_path).partition(",")
     if turned and name in world_names():
         raise PlanError(

@@ -23,7 +23,7 @@ dials = st.builds(
     Dials,
     texture=st.none() | st.sampled_from([0.0, 0.2, 1.0]),
     repetition=st.none() | st.sampled_from([0.0, 0.5, 1.0]),
-    glass=st.none() | st.sampled_from([0.0, 0.3, 0.9]),
+    glass=st.none() | st.sampled_from([0.0, 0.05, 0.3, 0.9]),
     width=st.none() | st.sampled_from([1.8, 2.5, 4.0]),
 )
 quick = settings(max_examples=10, deadline=None)
@@ -121,6 +121,13 @@ def test_no_corridor_is_dark_by_day(seed: int, turned: Dials) -> None:
             on_leg = (along > -step / 2) & (along < (lamp.count + 1) * step)
             beside = np.any((abs(aside) < HALF_A_CORRIDOR) & on_leg)
             assert beside or lamp.switch == "always", (plan.name, lamp.name)
+
+
+@pytest.mark.parametrize("name", ["corridor:2,glass=0.1", "building:5,glass=0.05", "building:38,glass=0.9"])
+def test_what_is_wider_than_its_window_covers_nothing(name: str) -> None:
+    plan = load_plan(name)
+    assert parse_plan(plan_text(plan)) == plan
+    assert {one.kind for one in plan.fixture} >= {"radiator"}
 
 
 def test_dials_stand_behind_the_seed() -> None:
