@@ -21,7 +21,7 @@ from refseq_bench.worlds.parts.openings import cut_openings
 from refseq_bench.worlds.parts.outdoors import furnish_grounds
 from refseq_bench.worlds.parts.people import place_people
 from refseq_bench.worlds.parts.shell import raise_shell
-from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.parts.site import FRAME, TRIM, Site
 from refseq_bench.worlds.parts.stairs import raise_stairs
 from refseq_bench.worlds.plans.schema import FloorPlan, Material
 
@@ -97,5 +97,5 @@ def _view(site: Site, plan: FloorPlan) -> None:
 def _materials(site: Site, plan: FloorPlan) -> None:
     for name, material in plan.material.items():
         site.plain(name, material)
-    site.plain("trim", Material(albedo=0.12, roughness=0.6))
-    site.plain("frame", Material(albedo=0.6, roughness=0.5))
+    site.plain(TRIM, Material(albedo=0.12, roughness=0.6))
+    site.plain(FRAME, Material(albedo=0.6, roughness=0.5))

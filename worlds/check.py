@@ -129,15 +129,13 @@ def _plan_items(plan: FloorPlan) -> dict[str, _PlanItem]:
     for table in TABLES:
         for item in getattr(plan, table):
             thing = _PlanItem(table, item.name, getattr(item, "kind", table))
-            found |= {f"{word}_{item.name}": thing for word in (table, thing.kind)}
+            found |= {f"{word}:{item.name}": thing for word in (table, thing.kind)}
     return found
 
 
 def _owner(geom: str, things: dict[str, _PlanItem]) -> _PlanItem:
-    """The thing that a geom belongs to: the one with the longest name that the geom's begins with."""
-    parts = geom.split("_")
-    starts = ("_".join(parts[:n]) for n in range(len(parts), 0, -1))
-    return next((things[start] for start in starts if start in things), _PlanItem("", geom, "part"))
+    """The thing that a geom belongs to: its name's first two words are the thing's."""
+    return things.get(":".join(geom.split(":")[:2]), _PlanItem("", geom, "part"))
 
 
 def _missing(model: mujoco.MjModel, things: dict[str, _PlanItem]) -> Iterator[str]:

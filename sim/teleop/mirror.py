@@ -1,6 +1,7 @@
 """A copy of a bench's world for a viewer: nothing done to it reaches the robot or its sensors."""
 
 import copy
+import re
 
 import mujoco
 import numpy as np
@@ -11,8 +12,8 @@ BRIGHT = 60_000.0
 """Ambient light [lx]; viewers expose as for a sunny day, so less looks dim."""
 ROOF_GROUP = 1
 """The group of geoms that is hidden in the view from above: ceilings and lamps alone."""
-OVERHEAD = ("ceiling", "lamp_")
-"""Parts of the names of those geoms."""
+OVERHEAD = re.compile(r"(ceiling|lamp):.*|door:[^:]*:room:ceiling")
+"""Names of those geoms."""
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
@@ -28,7 +29,7 @@ class WorldMirror:
         self.data = mujoco.MjData(self.model)
         self._light()
         for geom in range(self.model.ngeom):
-            if any(part in self.model.geom(geom).name for part in OVERHEAD):
+            if OVERHEAD.fullmatch(self.model.geom(geom).name):
                 self.model.geom_group[geom] = ROOF_GROUP
         self._state = np.empty(mujoco.mj_stateSize(self.model, STATE))
         self.follow()

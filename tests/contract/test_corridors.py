@@ -13,7 +13,7 @@ from refseq_bench.worlds.plans.load import load_plan, world_names
 INDOORS = [name for name in (*world_names(), "corridor:1", "corridor:2", "corridor:3") if load_plan(name).ceiling]
 BELOW_CEILING, THICK = 0.05, 0.2
 """The probe hangs below the ceiling, above doors and most furniture [m]."""
-TALL = ("furniture_", "pillar_", "shelf_", "cupboard_", "stairs_", "sign_")
+TALL = ("furniture:", "pillar:", "shelf:", "cupboard:", "stairs:", "sign:")
 """What may reach as high as that and is no wall."""
 
 
@@ -51,4 +51,4 @@ def test_a_narrower_body_passes_and_a_wider_one_touches(name: str) -> None:
         for side in walled_sides(area, areas):
             shifted = Rectangle(area.low + 0.02 * side, area.high + 0.02 * side)
             hit = touched(model, shifted, -0.01, plan.ceiling.height)
-            assert any(thing.startswith("wall_") for thing in hit), (name, area, side)
+            assert any(thing.startswith("wall:") for thing in hit), (name, area, side)

@@ -10,7 +10,7 @@ from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
 from refseq_bench.worlds.plans.frame import quaternion
 from refseq_bench.worlds.plans.load import parse_plan
-from tests.worlds.conftest import SMALL, corner
+from tests.worlds.conftest import SMALL, corner, in_the_open
 
 
 def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[float, float, float]) -> set[str]:
@@ -36,11 +36,11 @@ def test_a_body_smaller_than_the_corridor_touches_nothing(corridor: World) -> No
 
 
 def test_a_larger_body_touches_both_walls(corridor: World) -> None:
-    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.21, 1.39)) == {"wall_left_0", "wall_right_0"}
+    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.21, 1.39)) == {"wall:left:0", "wall:right:0"}
 
 
 def test_a_taller_body_touches_floor_and_ceiling(corridor: World) -> None:
-    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.19, 1.41)) == {"floor", "ceiling_0_slab"}
+    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.19, 1.41)) == {"floor", "ceiling:0:slab"}
 
 
 def test_the_hallway_leaves_room_for_a_wandering_robot(hallway: World) -> None:
@@ -54,7 +54,7 @@ def test_around_a_corner_both_corridors_are_free_and_no_wider() -> None:
     spec = build_world(parse_plan(corner()), light_named("18:00"), pictured=False).spec
     assert touched(spec, (3, 0, 1.4), (2.99, 0.99, 1.39)) == set()
     assert touched(spec, (5, 2, 1.4), (0.99, 2.99, 1.39)) == set()
-    assert touched(spec, (3.9, 0.9, 1.4), (0.11, 0.11, 1.39)) == {"wall_inner-1_0", "wall_inner-2_0"}
+    assert touched(spec, (3.9, 0.9, 1.4), (0.11, 0.11, 1.39)) == {"wall:inner-1:0", "wall:inner-2:0"}
     # No gap where the sun could come in: both walls fill what is behind each corner.
     for meeting, outward in (((4, 1), (-1, 1)), ((6, -1), (1, -1)), ((0, 1), (-1, 1))):
         middle = np.add(meeting, 0.075 * np.array(outward))
@@ -92,10 +92,10 @@ def test_everything_in_the_plan_is_built_under_its_name(hallway: World) -> None:
     plan = hallway.plan
     names = {g.name for g in hallway.spec.geoms}
     assert "" not in names
-    expected = {f"window_{w.name}" for w in plan.window}
-    expected |= {f"door_{d.name}_leaf" for d in plan.door} | {f"poster_{p.name}" for p in plan.poster}
-    expected |= {f"board_{b.name}" for b in plan.board} | {f"cabinet_{c.name}" for c in plan.cabinet}
-    expected |= {f"bin_{b.name}" for b in plan.bin} | {f"{f.kind}_{f.name}" for f in plan.fixture}
+    expected = {f"window:{w.name}" for w in plan.window}
+    expected |= {f"door:{d.name}:leaf" for d in plan.door} | {f"poster:{p.name}" for p in plan.poster}
+    expected |= {f"board:{b.name}" for b in plan.board} | {f"cabinet:{c.name}" for c in plan.cabinet}
+    expected |= {f"bin:{b.name}" for b in plan.bin} | {f"{f.kind}:{f.name}" for f in plan.fixture}
     assert expected <= names
 
 
@@ -110,8 +110,8 @@ def test_what_is_only_seen_touches_nothing(hallway_model: mujoco.MjModel) -> Non
 
 def test_solid_things_tell_the_laser_their_remission(hallway: World, hallway_model: mujoco.MjModel) -> None:
     model, materials = hallway_model, hallway.plan.material
-    found = {name: model.geom(name).user[0] for name in ("wall_left_0", "door_d01_leaf", "cabinet_c01")}
-    wanted = {"wall_left_0": "plaster", "door_d01_leaf": "door", "cabinet_c01": "metal"}
+    found = {name: model.geom(name).user[0] for name in ("wall:left:0", "door:d01:leaf", "cabinet:c01")}
+    wanted = {"wall:left:0": "plaster", "door:d01:leaf": "door", "cabinet:c01": "metal"}
     assert found == {name: materials[material].echo for name, material in wanted.items()}
 
 
@@ -153,19 +153,19 @@ def test_a_seed_fixes_everything_and_another_seed_draws_anew(small: Callable[...
     )
     first, other = compiled(text, seed=3), compiled(text, seed=4)
     assert image_of(compiled(text, seed=3)) == image_of(first)
-    for name in ("poster_p", "door_d_plate", "floor", "plaster_plaster_0"):
+    for name in ("poster:p", "door:d:plate", "floor", "material:plaster:plaster:0"):
         assert pixels(first, name) != pixels(other, name)
 
 
 def test_light_does_not_redraw_the_surfaces(small: Callable[..., str]) -> None:
     text = small('poster = [{ name = "p", wall = "left", at = 2 }]')
-    assert pixels(compiled(text, 3, "16:00"), "poster_p") == pixels(compiled(text, 3, "late-evening"), "poster_p")
+    assert pixels(compiled(text, 3, "16:00"), "poster:p") == pixels(compiled(text, 3, "late-evening"), "poster:p")
 
 
 def test_another_poster_does_not_redraw_the_first(small: Callable[..., str]) -> None:
     one = 'poster = [{ name = "p", wall = "left", at = 2 }'
     alone, beside = one + "]", one + ', { name = "q", wall = "left", at = 5 }]'
-    assert pixels(compiled(small(alone), 1), "poster_p") == pixels(compiled(small(beside), 1), "poster_p")
+    assert pixels(compiled(small(alone), 1), "poster:p") == pixels(compiled(small(beside), 1), "poster:p")
 
 
 def test_quaternion_turns_the_axes_there() -> None:
@@ -174,3 +174,55 @@ def test_quaternion_turns_the_axes_there() -> None:
     for axis, there in (((1, 0, 0), x), ((0, 0, 1), z)):
         mujoco.mju_rotVecQuat(turned, np.array(axis, float), quaternion(x, z))
         np.testing.assert_allclose(turned, there, atol=1e-12)
+
+
+BUILT_IN = (
+    "trim",
+    "frame",
+    "floor_0",
+    "ceiling_0",
+    "furniture_grey",
+    "lamp_row",
+    "wall_left_0",
+    "bark",
+    "leaf",
+    "pole",
+)
+"""Words that the parts of a world are named by, as names of the plan's own materials."""
+
+CUPBOARD = 'kind = "cupboard"\nwidth = 0.6\ndepth = 0.4\nheight = 1.9\nmaterial = "{}"'
+
+
+def named(table: str, names: tuple[str, ...], more: str, apart: float = 1.5) -> str:
+    """Entries of a table in a row along x, or along the wall ``left``, which differ in name and place."""
+    places = [1.0 + apart * i for i in range(len(names))]
+    at = [f'wall = "left"\nat = {x}' if table in ("window", "cabinet") else f"at = [{x}, 0.8]" for x in places]
+    return "".join(f'[[{table}]]\nname = "{name}"\n{where}\n{more}\n' for name, where in zip(names, at, strict=True))
+
+
+@pytest.mark.parametrize(
+    "things",
+    [
+        named("window", ("a", "a_pane", "a_ledge"), "width = 1.0"),
+        named("person", ("a", "a_left-leg"), ""),
+        named("cabinet", ("a", "a_front"), 'material = "trim"'),
+        named("furniture", ("a", "a_face"), CUPBOARD.format("front"))
+        + named("furniture", ("b",), CUPBOARD.format("0"), 0.0),
+        named("car", ("a", "a_trim"), "", 4.0)
+        + named("tree", ("t", "t_crown"), "", 4.0)
+        + named("post", ("p", "p_arm"), ""),
+        '[[lamp]]\nname = "row"\nfirst = [1, 0]\nstep = [1, 0]\ncount = 2\nlumen = 900\n',
+    ],
+)
+def test_no_name_of_a_plan_is_one_of_a_hidden_part(small: Callable[..., str], things: str) -> None:
+    own = "".join(f"[material.{name}]\nalbedo = 0.4\nroughness = 0.5\n" for name in (*BUILT_IN, "front", "0"))
+    text = small(end=own + things)
+    if "[[tree]]" in things:
+        text = in_the_open(own + things, y=-2)
+    model = build_world(parse_plan(text), light_named("late-evening"), pictured=False).spec.compile()
+    assert model.ngeom > 4
+
+
+def test_a_poster_and_a_material_of_one_name_have_a_picture_each(small: Callable[..., str]) -> None:
+    text = small(end='[[poster]]\nname = "plaster_0"\nwall = "left"\nat = 3\n').replace('"plaster"', '"poster"')
+    assert pixels(compiled(text.replace("plaster =", "poster ="), 0), "poster:plaster_0")

@@ -36,22 +36,22 @@ def model(laboratory: World) -> mujoco.MjModel:
 
 def owner(laboratory: World, geom: str) -> str:
     """Name of the plan's item that a solid geom belongs to; the walls are one, the doors' leaves belong to them."""
-    pieces = [f"{item.kind}_{item.name}" for item in laboratory.plan.furniture]
-    mine = [piece for piece in pieces if geom.startswith(f"{piece}_")]
-    return mine[0] if mine else "building" if geom.startswith(("wall_", "ceiling_", "door_", "floor")) else geom
+    pieces = [f"{item.kind}:{item.name}" for item in laboratory.plan.furniture]
+    mine = [piece for piece in pieces if geom.startswith(f"{piece}:")]
+    return mine[0] if mine else "building" if geom.startswith(("wall:", "ceiling:", "door:", "floor")) else geom
 
 
 def test_everything_in_the_plan_is_built_under_its_name(laboratory: World) -> None:
     plan, names = laboratory.plan, [g.name for g in laboratory.spec.geoms]
     assert "" not in names
     assert len(names) == len(set(names))
-    on_walls = {f"window_{w.name}" for w in plan.window} | {f"door_{d.name}_leaf" for d in plan.door}
-    on_walls |= {f"poster_{p.name}" for p in plan.poster} | {f"board_{b.name}" for b in plan.board}
-    on_walls |= {f"{f.kind}_{f.name}" for f in plan.fixture}
+    on_walls = {f"window:{w.name}" for w in plan.window} | {f"door:{d.name}:leaf" for d in plan.door}
+    on_walls |= {f"poster:{p.name}" for p in plan.poster} | {f"board:{b.name}" for b in plan.board}
+    on_walls |= {f"{f.kind}:{f.name}" for f in plan.fixture}
     assert on_walls <= set(names)
     assert {item.kind for item in plan.furniture} == {"bench", "table", "chair", "cupboard", "shelf", "pillar", "box"}
     for item in plan.furniture:
-        assert any(name.startswith(f"{item.kind}_{item.name}_") for name in names), item.name
+        assert any(name.startswith(f"{item.kind}:{item.name}:") for name in names), item.name
 
 
 def test_no_two_solid_things_share_a_place(laboratory: World, model: mujoco.MjModel) -> None:
@@ -76,7 +76,7 @@ def depth(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> float:
 def test_nothing_is_below_the_floor_or_above_the_ceiling(laboratory: World, model: mujoco.MjModel) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    pieces = tuple(f"{item.kind}_{item.name}_" for item in laboratory.plan.furniture)
+    pieces = tuple(f"{item.kind}:{item.name}:" for item in laboratory.plan.furniture)
     for g in range(model.ngeom):
         if model.geom(g).name.startswith(pieces) and model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH:
             first = model.mesh_vertadr[model.geom_dataid[g]]
@@ -103,8 +103,8 @@ def touched_by(laboratory: World, boxes: dict[str, tuple[ArrayLike, ArrayLike]])
 
 def test_a_probe_notices_a_bench_and_a_wall(laboratory: World) -> None:
     found = touched_by(laboratory, {"bench": ((3.8, 6.9), (0.2, 0.2)), "wall": ((9.0, 0.5), (0.3, 0.6))})
-    assert any(box == "bench" and thing.startswith("bench_n1") for box, thing in found)
-    assert any(box == "wall" and thing.startswith("wall_windows") for box, thing in found)
+    assert any(box == "bench" and thing.startswith("bench:n1") for box, thing in found)
+    assert any(box == "wall" and thing.startswith("wall:windows") for box, thing in found)
 
 
 @pytest.mark.parametrize("route", ["forward", "reverse", "round"])
@@ -148,7 +148,7 @@ def test_a_camera_by_a_window_sees_what_is_outside(laboratory: World) -> None:
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    beyond = -data.geom("outside_windows").xpos[1]
+    beyond = -data.geom("outside:windows").xpos[1]
     assert beyond > 15
     assert frustum(model, data, "out").frustum_far > 1.1 + beyond
 

@@ -116,9 +116,9 @@ def test_rooms_behind_open_doors_keep_to_themselves(model: mujoco.MjModel, data:
     low, high = geom_boxes(model, data)
     rooms = {}
     for door in (d for d in PLAN.door if d.open > 0.0):
-        parts = [i for i in range(model.ngeom) if model.geom(i).name.startswith(f"door_{door.name}_room_")]
+        parts = [i for i in range(model.ngeom) if model.geom(i).name.startswith(f"door:{door.name}:room:")]
         rooms[door.name] = low[parts, :2].min(axis=0), high[parts, :2].max(axis=0)
-        outside = [i for i in parts if not model.geom(i).name.endswith("_floor")]  # the floor reaches to the sill
+        outside = [i for i in parts if not model.geom(i).name.endswith(":floor")]  # the floor reaches to the sill
         for area in rectangles(PLAN):
             apart = np.maximum(low[outside, :2] - area.high, area.low - high[outside, :2]).max(axis=1)
             assert np.all(apart > 0.1), f"{door.name} reaches into a corridor"

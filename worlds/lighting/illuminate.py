@@ -86,7 +86,7 @@ def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     """The lamps' bodies; the faces of those that burn have the luminance Φ / (π A), as a camera sees it."""
     for row in plan.lamp:
         width, depth = row.size
-        material = f"lamp_{row.name}"
+        material = f"lamp:{row.name}"
         if row.name in numbers.lit_rows:
             site.glowing(material, camera_weight(row.kelvin) * row.lumen / (np.pi * width * depth))
         else:
@@ -94,7 +94,7 @@ def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
         for i, (x, y) in enumerate(row.positions):
             up = (plan.roof.height - LAMP_DEPTH, plan.roof.height)
             block = ((x - width / 2, x + width / 2), (y - depth / 2, y + depth / 2), up)
-            site.shown(f"lamp_{row.name}_{i}", LEVEL, block, material)
+            site.shown(f"lamp:{row.name}:{i}", LEVEL, block, material)
 
 
 def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
@@ -106,11 +106,11 @@ def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 
 
 def _backdrop(site: Site, wall: Wall, peak: float, day: bool) -> None:
-    key, frame = f"outside_{wall.name}", LocalFrame.of(wall)
+    key, frame = f"outside:{wall.name}", LocalFrame.of(wall)
     width, pixels = wall.length + 2 * OVERHANG, (8192, 640)
     site.glowing(key, peak, partial(outside, *pixels, STOREY / SKYLINE, day, site.rng(key)))
-    site.glowing(f"{key}_sky", peak * (SKY_BY_DAY if day else SKY_BY_NIGHT))
+    site.glowing(f"{key}:sky", peak * (SKY_BY_DAY if day else SKY_BY_NIGHT))
     turn, away, middle = frame.panel_quat, -wall.thickness - BACKDROP, wall.length / 2
     site.plane(key, frame.point(middle, away, SKYLINE / 2 - STOREY), turn, (width, SKYLINE), key)
     sky = frame.point(middle, away - 0.5, SKY_HEIGHT / 2 - STOREY)
-    site.plane(f"{key}_sky", sky, turn, (3 * width, SKY_HEIGHT), f"{key}_sky")
+    site.plane(f"{key}:sky", sky, turn, (3 * width, SKY_HEIGHT), f"{key}:sky")

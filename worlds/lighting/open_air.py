@@ -21,12 +21,14 @@ from refseq_bench.worlds.parts import scenery
 from refseq_bench.worlds.parts.facets import grid, show
 from refseq_bench.worlds.parts.greyscale import encode
 from refseq_bench.worlds.parts.outdoors import ARM, HEAD
-from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.parts.site import FRAME, Site
 from refseq_bench.worlds.plans.frame import UP, LocalFrame
 from refseq_bench.worlds.plans.schema import FloorPlan, Material, Post, Window
 
 DOME = 230.0
 """Radius of the dome that shows the sky [m]: what is drawn on its horizon moves as if it stood so far away."""
+DOME_MATERIAL = "built-in:dome"
+"""Material of that dome, and its picture."""
 DOME_PICTURE = (5120, 768)
 """Size of its picture [px]: 14 pixels a degree around, as many as a camera of 45° and 640 columns has."""
 CONE, INNER = np.radians((80.0, 60.0))
@@ -89,18 +91,18 @@ def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     beam = sun_direction(numbers.outdoors, plan.place.x_azimuth)
     sun = float(np.arctan2(-beam[1], -beam[0]))
     if site.pictured:
-        field = panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng("dome"))
+        field = panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng(DOME_MATERIAL))
         peak = float(field.max())
-        site.glowing("dome", peak, lambda: encode(field / peak, site.rng("dome_grain")))
+        site.glowing(DOME_MATERIAL, peak, lambda: encode(field / peak, site.rng("built-in:dome:grain")))
     else:
-        site.glowing("dome", 0.0)
+        site.glowing(DOME_MATERIAL, 0.0)
     up = np.radians([-4.0, 0.0, 4.0, 10.0, 16.0, 22.0, 33.0, 45.0, 60.0, 75.0, 89.9])
     around = np.linspace(np.pi, -np.pi, 73)
     azimuth, height = np.meshgrid(around, up)  # (rows, columns)
     level = np.cos(height)
     points = DOME * np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(height)], axis=-1)
     uv = np.stack([0.5 - azimuth / (2 * np.pi), _share(height)], axis=-1)
-    show(site, "dome", grid(points + np.append((low + high) / 2, 0.0), uv), "dome", cast=False)
+    show(site, "dome", grid(points + np.append((low + high) / 2, 0.0), uv), DOME_MATERIAL, cast=False)
 
 
 def _share(up: Floats) -> Floats:
@@ -139,10 +141,10 @@ def post_illuminance(post: Post, cards: Cards) -> Floats:
 def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     length, width, _ = HEAD
     for post in plan.post:
-        name, on = f"post_{post.name}_lamp", post.name in numbers.lit_posts
+        name, on = f"post:{post.name}:lamp", post.name in numbers.lit_posts
         candela = camera_weight(post.kelvin) * axial(post)
         below = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height - 0.02, post.height))
-        glass = site.glowing(name, candela / (length * width)) if on else "frame"
+        glass = site.glowing(name, candela / (length * width)) if on else FRAME
         site.shown(name, LocalFrame.under(post), below, glass)
         if on:
             add_spot(site, name, "lamp", candela, head_of(post), -UP, np.degrees(CONE), 1.0 - INNER / CONE, REACH)
@@ -150,7 +152,7 @@ def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 
 def _pane(site: Site, plan: FloorPlan, window: Window, numbers: Photometry) -> None:
     """Draw a window of a house from outside: dark glass and blinds, or in the dark perhaps a lit room."""
-    wall, key = plan.wall_named(window.wall), f"window_{window.name}_view"
+    wall, key = plan.wall_named(window.wall), f"window:{window.name}:view"
     size, rng = (window.width, window.height), site.rng(key)
     lit = rng.random() < LIT_SHARE and numbers.outdoors.ground < LAMPS_BELOW
     if lit:

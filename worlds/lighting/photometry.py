@@ -172,7 +172,7 @@ def spots(plan: FloorPlan, numbers: Photometry) -> tuple[Spot, ...]:
         candela = camera_weight(row.kelvin) * row.lumen / (np.pi * LOBE)
         height = plan.roof.height - LAMP_DEPTH
         found += [
-            Spot(f"lamp_{row.name}_{i}", "lamp", candela, np.append(at, height), -UP)
+            Spot(f"lamp:{row.name}:{i}", "lamp", candela, np.append(at, height), -UP)
             for i, at in enumerate(row.positions)
         ]
     return tuple(found)
@@ -189,7 +189,7 @@ def _window_spot(plan: FloorPlan, window: Window, outdoors: Daylight) -> Spot:
     candela = window_luminance(plan, window, outdoors) * glass_area(window)
     pos = frame.point(window.at, -wall.thickness, window.sill + window.height / 2)
     axis = np.append(frame.inward, -fall) / np.hypot(1.0, fall)
-    return Spot(f"window_{window.name}", "window", candela, pos, axis)
+    return Spot(f"window:{window.name}", "window", candela, pos, axis)
 
 
 def spot_illuminance(spot: Spot, points: Floats) -> Floats:

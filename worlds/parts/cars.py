@@ -115,24 +115,24 @@ def park_cars(site: Site, plan: FloorPlan) -> None:
     """Put every car of the plan on its place."""
     ground = plan.material[plan.floor.material].albedo
     for name in sorted({car.kind for car in plan.car}):
-        add_mesh(site, f"{name}_hull", hull(CARS[name]))
-        add_mesh(site, f"{name}_trim", trim(CARS[name]))
+        add_mesh(site, f"{name}:hull", hull(CARS[name]))
+        add_mesh(site, f"{name}:trim", trim(CARS[name]))
     for car in plan.car:
         _park(site, car, ground)
 
 
 def _park(site: Site, car: Car, ground: float) -> None:
-    key, kind = f"car_{car.name}", CARS[car.kind]
+    key, kind = f"car:{car.name}", CARS[car.kind]
     site.plain(key, Material(albedo=car.albedo, roughness=PAINT_ROUGHNESS))
 
     def draw() -> Image:
         shade = scenery.shade_under((kind.length, 2 * kind.half_width), CLEARANCE, SHADED, ground)
         return scenery.car_atlas(shade, site.rng(key))
 
-    site.picture(f"{key}_trim", draw, TRIM)
+    site.picture(f"{key}:trim", draw, TRIM)
     place: dict[str, Any] = {"pos": [*car.at, 0.0], "quat": LocalFrame.under(car).box_quat}
-    site.meshed(key, f"{car.kind}_hull", key, **place)
-    site.meshed(f"{key}_trim", f"{car.kind}_trim", f"{key}_trim", SEEN, castshadow=True, **place)
+    site.meshed(key, f"{car.kind}:hull", key, **place)
+    site.meshed(f"{key}:trim", f"{car.kind}:trim", f"{key}:trim", SEEN, castshadow=True, **place)
 
 
 # --- the hull ---

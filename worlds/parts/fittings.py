@@ -31,13 +31,13 @@ def hang_fittings(site: Site, plan: FloorPlan) -> None:
     for cabinet in plan.cabinet:
         _cabinet(site, frame(cabinet), cabinet, plan.material[cabinet.material])
     for one in plan.bin:
-        _cylinder(site, f"bin_{one.name}", frame(one), one, one.material)
+        _cylinder(site, f"bin:{one.name}", frame(one), one, one.material)
     for fixture in plan.fixture:
         _fixture(site, frame(fixture), fixture)
 
 
 def _poster(site: Site, frame: LocalFrame, poster: Poster) -> None:
-    key = f"poster_{poster.name}"
+    key = f"poster:{poster.name}"
     size, rng, style = (poster.width, poster.height), site.rng(key), poster.style
     written = style == "whiteboard"
     draw = partial(posters.whiteboard, size, rng) if written else partial(posters.poster, size, style, rng)
@@ -45,17 +45,17 @@ def _poster(site: Site, frame: LocalFrame, poster: Poster) -> None:
 
 
 def _board(site: Site, frame: LocalFrame, board: Board) -> None:
-    key = f"board_{board.name}"
+    key = f"board:{board.name}"
     draw = partial(posters.notice_board, (board.width, board.height), board.sheets, site.rng(key))
     site.panel(key, frame, board.extent, 2 * PROUD, board.rise, site.picture(key, draw, CORK))
 
 
 def _cabinet(site: Site, frame: LocalFrame, cabinet: Cabinet, material: Material) -> None:
-    key = f"cabinet_{cabinet.name}"
+    key = f"cabinet:{cabinet.name}"
     site.solid(key, frame, (cabinet.extent, (0.0, cabinet.depth), cabinet.rise), cabinet.material)
     draw = partial(textures.metal, (cabinet.width, cabinet.height), material.albedo, site.rng(key))
-    front = site.picture(f"{key}_front", draw, material)
-    site.panel(f"{key}_front", frame, cabinet.extent, cabinet.depth + PROUD, cabinet.rise, front)
+    front = site.picture(f"{key}:front", draw, material)
+    site.panel(f"{key}:front", frame, cabinet.extent, cabinet.depth + PROUD, cabinet.rise, front)
 
 
 def _cylinder(site: Site, name: str, frame: LocalFrame, item: Bin | Fixture, material: str) -> None:
@@ -66,17 +66,17 @@ def _cylinder(site: Site, name: str, frame: LocalFrame, item: Bin | Fixture, mat
 
 
 def _fixture(site: Site, frame: LocalFrame, fixture: Fixture) -> None:
-    key, block = f"{fixture.kind}_{fixture.name}", (fixture.extent, (0.0, fixture.depth), fixture.rise)
+    key, block = f"{fixture.kind}:{fixture.name}", (fixture.extent, (0.0, fixture.depth), fixture.rise)
     if fixture.kind == "extinguisher":
         _cylinder(site, key, frame, fixture, fixture.material)
         return
     site.solid(key, frame, block, fixture.material)
     if fixture.kind == "radiator":
-        site.lattice(f"{key}_fins", frame, _fins(fixture), fixture.material, cast=False)
+        site.lattice(f"{key}:fins", frame, _fins(fixture), fixture.material, cast=False)
     if fixture.kind == "sign":
         draw = partial(posters.sign, (fixture.width, fixture.height), site.rng(key))
-        material = site.picture(f"{key}_face", draw, ENAMEL)
-        site.panel(f"{key}_face", frame, fixture.extent, fixture.depth + PROUD, fixture.rise, material)
+        material = site.picture(f"{key}:face", draw, ENAMEL)
+        site.panel(f"{key}:face", frame, fixture.extent, fixture.depth + PROUD, fixture.rise, material)
 
 
 def _fins(fixture: Fixture) -> list[Block]:

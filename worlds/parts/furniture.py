@@ -42,14 +42,14 @@ def furnish(site: Site, plan: FloorPlan) -> None:
         for grey, albedo in GREYS.items():
             site.plain(_grey(grey), Material(albedo=albedo, roughness=0.6))
     for item in plan.furniture:
-        key = f"{item.kind}_{item.name}"
+        key = f"{item.kind}:{item.name}"
         pile = _Pile(site, key, LocalFrame.under(item), plan.material[item.material])
         _MAKERS[item.kind](pile, item, site.rng(key))
         pile.put_up()
 
 
 def _grey(grey: str) -> str:
-    return f"furniture_{grey}"
+    return f"furniture:{grey}"
 
 
 class _Pile:
@@ -88,23 +88,23 @@ class _Pile:
 
     def front(self, s: Span, out: float, z: Span, draw: Draw) -> None:
         """Add a picture of what the whole piece is made of, on its front at ``out``."""
-        self._site.panel(f"{self._key}_front", self._frame, s, out + PROUD, z, self._drawn((s, z), draw))
+        self._site.panel(f"{self._key}:front", self._frame, s, out + PROUD, z, self._drawn((s, z), draw))
 
     def block(self, block: Block, draw: Draw) -> None:
         """Add a solid box that shows a picture of what the whole piece is made of on each face."""
-        self._site.solid(f"{self._key}_block", self._frame, block, self._drawn((block[0], block[2]), draw))
+        self._site.solid(f"{self._key}:block", self._frame, block, self._drawn((block[0], block[2]), draw))
 
     def _drawn(self, face: tuple[Span, Span], draw: Draw) -> str:
-        name, (width, height) = f"{self._key}_face", np.diff(face, axis=1)[:, 0].tolist()
+        name, (width, height) = f"{self._key}:face", np.diff(face, axis=1)[:, 0].tolist()
         drawn = partial(draw, (width, height), self._material.albedo, self._site.rng(name))
         return self._site.picture(name, drawn, self._material)
 
     def put_up(self) -> None:
         """Build all boxes: one geom a material to see, one a box to touch."""
         for material, placed in self._seen.items():
-            self._site.boxes(f"{self._key}_{material}", placed, material)
+            self._site.boxes(f"{self._key}:of:{material}", placed, material)
         for i, (material, block) in enumerate(self._touched):
-            self._site.touched(f"{self._key}_{i}", self._frame, block, material)
+            self._site.touched(f"{self._key}:{i}", self._frame, block, material)
 
 
 def _lifted(block: Block, z: float) -> Block:

@@ -7,7 +7,7 @@ import numpy as np
 from refseq_bench.worlds.arrays import Block
 from refseq_bench.worlds.parts import posters, textures
 from refseq_bench.worlds.parts.shell import PROUD
-from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.parts.site import FRAME, TRIM, Site
 from refseq_bench.worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
 from refseq_bench.worlds.plans.frame import LocalFrame
 from refseq_bench.worlds.plans.schema import Door, FloorPlan, Material, Wall, Window
@@ -28,7 +28,7 @@ def cut_openings(site: Site, plan: FloorPlan) -> None:
 
 
 def _leaf_material(name: str, width: float, height: float) -> str:
-    return f"{name}_leaf_{width:g}x{height:g}"
+    return f"material:{name}:leaf:{width:g}x{height:g}"
 
 
 def _window(site: Site, frame: LocalFrame, window: Window, thickness: float) -> None:
@@ -38,10 +38,10 @@ def _window(site: Site, frame: LocalFrame, window: Window, thickness: float) -> 
     bars: list[Block] = [((a, b), depth, (low, low + bar)), ((a, b), depth, (high - bar, high))]
     uprights = np.linspace(a + bar / 2, b - bar / 2, window.panes + 1)
     bars += [((s - bar / 2, s + bar / 2), depth, (low, high)) for s in uprights]
-    site.lattice(f"window_{window.name}", frame, bars, "frame")
+    site.lattice(f"window:{window.name}", frame, bars, FRAME)
     ledge = ((a - 0.05, b + 0.05), (-thickness + 0.09, 0.03), (low, low + 0.02))
-    site.shown(f"window_{window.name}_ledge", frame, ledge, "frame", cast=True)
-    site.pane(f"window_{window.name}_pane", frame, ((a, b), glass, (low, high)))
+    site.shown(f"window:{window.name}:ledge", frame, ledge, FRAME, cast=True)
+    site.pane(f"window:{window.name}:pane", frame, ((a, b), glass, (low, high)))
 
 
 def _door(site: Site, frame: LocalFrame, door: Door, plan: FloorPlan) -> None:
@@ -49,7 +49,7 @@ def _door(site: Site, frame: LocalFrame, door: Door, plan: FloorPlan) -> None:
     wall = plan.wall_named(door.wall)
     reach = (-door.recess, proud)
     site.lattice(
-        f"door_{door.name}_frame",
+        f"door:{door.name}:frame",
         frame,
         [
             ((a - jamb, a + 0.015), reach, (0.0, door.height + jamb)),
@@ -57,7 +57,7 @@ def _door(site: Site, frame: LocalFrame, door: Door, plan: FloorPlan) -> None:
             ((a + 0.015, b - 0.015), reach, (door.height - 0.015, door.height + jamb)),
             ((a, b), (-wall.thickness, 0.0), (-0.05, 0.003)),  # the threshold: the floor ends at the wall's face
         ],
-        "trim",
+        TRIM,
     )
     _leaf(site, frame, door)
     if door.open > 0.0:
@@ -71,25 +71,25 @@ def _leaf(site: Site, frame: LocalFrame, door: Door) -> None:
     leaf = frame.leaf(door, float(np.radians(door.open)))
     material = _leaf_material(door.material, door.width, door.height)
     block = ((0.0, door.width), (-0.04, 0.0), (0.0, door.height))
-    site.solid(f"door_{door.name}_leaf", leaf, block, material)
+    site.solid(f"door:{door.name}:leaf", leaf, block, material)
 
 
 def _room_behind(site: Site, frame: LocalFrame, door: Door, wall: Wall, height: float) -> None:
     """Close off what is seen through an open door: a bare room."""
     a, b = door.extent[0] - ROOM_SIDE, door.extent[1] + ROOM_SIDE
     near, far = -wall.thickness, -wall.thickness - door.depth
-    name, t = f"door_{door.name}_room", ROOM_WALL
-    site.solid(f"{name}_back", frame, ((a - t, b + t), (far - t, far), (0.0, height)), wall.material)
-    site.solid(f"{name}_start", frame, ((a - t, a), (far, near), (0.0, height)), wall.material)
-    site.solid(f"{name}_end", frame, ((b, b + t), (far, near), (0.0, height)), wall.material)
+    name, t = f"door:{door.name}:room", ROOM_WALL
+    site.solid(f"{name}:back", frame, ((a - t, b + t), (far - t, far), (0.0, height)), wall.material)
+    site.solid(f"{name}:start", frame, ((a - t, a), (far, near), (0.0, height)), wall.material)
+    site.solid(f"{name}:end", frame, ((b, b + t), (far, near), (0.0, height)), wall.material)
     site.shown(
-        f"{name}_ceiling", frame, ((a - t, b + t), (far - t, near), (height, height + t)), wall.material, cast=True
+        f"{name}:ceiling", frame, ((a - t, b + t), (far - t, near), (height, height + t)), wall.material, cast=True
     )
-    site.shown(f"{name}_floor", frame, ((a - t, b + t), (far - t, 0.0), (-t, -0.001)), wall.material)
+    site.shown(f"{name}:floor", frame, ((a - t, b + t), (far - t, 0.0), (-t, -0.001)), wall.material)
 
 
 def _number_plate(site: Site, frame: LocalFrame, door: Door) -> None:
-    key, size = f"door_{door.name}_plate", (0.16, 0.12)
+    key, size = f"door:{door.name}:plate", (0.16, 0.12)
     material = site.picture(key, partial(posters.number_plate, door.label, site.rng(key)), PLATE)
     s = door.extent[1] + 0.17
     site.panel(key, frame, (s - size[0] / 2, s + size[0] / 2), PROUD, (1.5, 1.5 + size[1]), material)

@@ -22,6 +22,7 @@ BELOW = 0.03
 """Depth of that land below the ground of the plan [m]: enough for the depth buffer at 200 m."""
 MOTTLE = 3.0
 """Side of the picture that repeats on markings, and on the land around [m]."""
+LEAVES, LAND = "built-in:leaf", "built-in:land"
 LEAF = Material(albedo=0.12, roughness=1.0)
 BARK = Material(albedo=0.14, roughness=1.0)
 POLE = Material(albedo=0.35, roughness=0.5)
@@ -44,19 +45,19 @@ def furnish_grounds(site: Site, plan: FloorPlan) -> None:
     if plan.ceiling is None:
         _land(site, plan)
     for name in sorted({m.material for m in plan.marking}):
-        key, material = f"{name}_mottled", plan.material[name]
+        key, material = f"material:{name}:mottled", plan.material[name]
         site.picture(key, partial(scenery.mottled, material.albedo, site.rng(key)), material)
     for marking in plan.marking:
         _marking(site, marking)
     for kerb in plan.kerb:
         _kerb(site, kerb)
     if plan.tree:
-        site.picture("leaf", partial(scenery.foliage, LEAF.albedo, site.rng("leaf")), LEAF)
-        site.plain("bark", BARK)
+        site.picture(LEAVES, partial(scenery.foliage, LEAF.albedo, site.rng(LEAVES)), LEAF)
+        site.plain("built-in:bark", BARK)
     for tree in plan.tree:
         _tree(site, tree)
     if plan.post:
-        site.plain("pole", POLE)
+        site.plain("built-in:pole", POLE)
     for post in plan.post:
         _post(site, post)
 
@@ -64,10 +65,10 @@ def furnish_grounds(site: Site, plan: FloorPlan) -> None:
 def _land(site: Site, plan: FloorPlan) -> None:
     low, high = plan.bounds
     land = Material(albedo=plan.place.ground_albedo, roughness=1.0)
-    site.texture("land", partial(scenery.mottled, land.albedo, site.rng("land")))
-    site.papered("land", "land", land, (AROUND / MOTTLE, AROUND / MOTTLE))
+    site.texture(LAND, partial(scenery.mottled, land.albedo, site.rng(LAND)))
+    site.papered(LAND, LAND, land, (AROUND / MOTTLE, AROUND / MOTTLE))
     middle = [*(low + high) / 2, -BELOW]
-    site.plane("land", middle, quaternion([1, 0, 0], [0, 0, 1]), (AROUND, AROUND), "land")
+    site.plane("land", middle, quaternion([1, 0, 0], [0, 0, 1]), (AROUND, AROUND), LAND)
 
 
 # --- along lines ---
@@ -76,7 +77,7 @@ def _land(site: Site, plan: FloorPlan) -> None:
 def _marking(site: Site, marking: Marking) -> None:
     """Paint, or soil, asphalt, grass, as flat strips; a line that goes back along itself is painted once."""
     strips = [_strip(np.array(a), np.array(b), marking.width) for a, b in _stretches(marking.points)]
-    show(site, f"marking_{marking.name}", joined(strips), f"{marking.material}_mottled", cast=False)
+    show(site, f"marking:{marking.name}", joined(strips), f"material:{marking.material}:mottled", cast=False)
 
 
 def _stretches(points: tuple[tuple[float, float], ...]) -> list[tuple[tuple[float, float], ...]]:
@@ -96,7 +97,7 @@ def _kerb(site: Site, kerb: Kerb) -> None:
     half = kerb.width / 2
     for i, (start, end) in enumerate(pairwise(kerb.points)):
         stone = (-half, math.dist(start, end) + half), (-half, half), (0.0, kerb.height)
-        site.solid(f"kerb_{kerb.name}_{i}", LocalFrame.between(start, end), stone, kerb.material)
+        site.solid(f"kerb:{kerb.name}:{i}", LocalFrame.between(start, end), stone, kerb.material)
 
 
 # --- trees and posts ---
@@ -106,9 +107,9 @@ def _tree(site: Site, tree: Tree) -> None:
     """A trunk that is touched, and a crown of leaves that is only seen."""
     stem = tree.height - tree.crown
     pos = [*tree.at, stem / 2]
-    site.shape(f"tree_{tree.name}", CYLINDER, pos, [tree.trunk, stem / 2, 0], "bark")
-    crown = _crown(tree, site.rng(f"tree_{tree.name}"))
-    show(site, f"tree_{tree.name}_crown", crown, "leaf", cast=True)
+    site.shape(f"tree:{tree.name}", CYLINDER, pos, [tree.trunk, stem / 2, 0], "built-in:bark")
+    crown = _crown(tree, site.rng(f"tree:{tree.name}"))
+    show(site, f"tree:{tree.name}:crown", crown, LEAVES, cast=True)
 
 
 def _crown(tree: Tree, rng: np.random.Generator) -> Facets:
@@ -146,8 +147,8 @@ def _stars(at: Floats, out: Floats, radius: float, rng: np.random.Generator) -> 
 
 def _post(site: Site, post: Post) -> None:
     frame, half = LocalFrame.under(post), post.height / 2
-    site.shape(f"post_{post.name}", CYLINDER, [*post.at, half], [POST_RADIUS, half, 0], "pole")
+    site.shape(f"post:{post.name}", CYLINDER, [*post.at, half], [POST_RADIUS, half, 0], "built-in:pole")
     length, width, height = HEAD
     arm = ((0.0, ARM), (-0.03, 0.03), (post.height - 0.06, post.height))
     case = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height, post.height + height))
-    site.lattice(f"post_{post.name}_arm", frame, [arm, case], "pole")
+    site.lattice(f"post:{post.name}:arm", frame, [arm, case], "built-in:pole")

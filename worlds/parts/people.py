@@ -1,6 +1,6 @@
 """People: who stands is part of the world, who walks is led by its clock.
 
-Everyone is made of five solid geoms, ``person_<name>`` for the trunk, ``person_<name>_left-leg`` and so on. Those of a
+Everyone is made of five solid geoms, ``person:<name>`` for the trunk, ``person:<name>:left-leg`` and so on. Those of a
 person who walks have mocap bodies of the same names: they go where they are put, whatever is in the way.
 """
 
@@ -36,7 +36,7 @@ def place_people(site: Site, plan: FloorPlan) -> None:
 
 
 def _place(site: Site, person: Person) -> None:
-    key = f"person_{person.name}"
+    key = f"person:{person.name}"
     rng = site.rng(key)
     image = clothes(person.albedo, rng)
     material = site.picture(key, lambda: image, Material(albedo=person.albedo, roughness=0.9))
@@ -57,7 +57,7 @@ def _first_stance(person: Person) -> Stance:
 
 
 def _name(person: Person, part: BodyPart) -> str:
-    return f"person_{person.name}" + ("" if part is PARTS[0] else f"_{part.name}")
+    return f"person:{person.name}" + ("" if part is PARTS[0] else f":{part.name}")
 
 
 def _posture(stance: Stance, scale: float, swings: list[float], sink: float) -> list[Placed]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from refseq_bench.worlds.arrays import Block, Floats, Span
 from refseq_bench.worlds.parts import scenery, textures
-from refseq_bench.worlds.parts.site import TOUCHED, Site
+from refseq_bench.worlds.parts.site import TOUCHED, TRIM, Site
 from refseq_bench.worlds.plans.areas import JOINED, Rectangle, rectangles
 from refseq_bench.worlds.plans.frame import LEVEL, LocalFrame, quaternion
 from refseq_bench.worlds.plans.schema import Door, FloorPlan, Point, Wall, Window
@@ -52,7 +52,7 @@ def raise_shell(site: Site, plan: FloorPlan) -> None:
 def _plasters(site: Site, plan: FloorPlan) -> None:
     for name, surface in sorted({(w.material, w.surface) for w in plan.wall}):
         for i in range(PLASTERS):
-            key = f"{name}_{surface}_{i}"
+            key = f"material:{name}:{surface}:{i}"
             site.texture(key, partial(WALLS[surface], PLASTER_SIZE, plan.material[name].albedo, site.rng(key)))
 
 
@@ -68,7 +68,7 @@ def _floor(site: Site, plan: FloorPlan) -> None:
     drawn = _drawn(high - low, tile, 40)
     site.texture("floor", partial(FLOORS[plan.floor.pattern], drawn, material.albedo, site.rng("floor")))
     for i, area in enumerate(rectangles(plan)):
-        name = site.papered(f"floor_{i}", "floor", material, area.size / (tile * np.array(drawn)))
+        name = site.papered(f"floor:{i}", "floor", material, area.size / (tile * np.array(drawn)))
         site.plane(name, [*area.middle, 0.0], quaternion([1, 0, 0], [0, 0, 1]), tuple(area.size), name)
 
 
@@ -85,9 +85,9 @@ def _ceiling(site: Site, plan: FloorPlan) -> None:
     drawn = _drawn(high - low, panel, 20)
     site.texture("ceiling", partial(textures.ceiling_panels, drawn, material.albedo, site.rng("ceiling")))
     for i, area in enumerate(rectangles(plan)):
-        name = site.papered(f"ceiling_{i}", "ceiling", material, area.size / (panel * np.array(drawn)))
+        name = site.papered(f"ceiling:{i}", "ceiling", material, area.size / (panel * np.array(drawn)))
         site.plane(name, [*area.middle, height], quaternion([1, 0, 0], [0, 0, -1]), tuple(area.size), name)
-        site.solid(f"{name}_slab", LEVEL, _slab(area, height), plan.roof.material)
+        site.solid(f"{name}:slab", LEVEL, _slab(area, height), plan.roof.material)
 
 
 def _slab(area: Rectangle, height: float) -> Block:
@@ -104,10 +104,10 @@ def _wall(site: Site, plan: FloorPlan, wall: Wall) -> None:
     skirting: list[Block] = []
     for i, (s, z) in enumerate(_pieces(wall, openings, plan.wall_height(wall), _reach(plan, wall))):
         material = _plastered(site, plan, wall, i, s, z)
-        site.solid(f"wall_{wall.name}_{i}", frame, (s, (-wall.thickness, 0.0), z), material)
+        site.solid(f"wall:{wall.name}:{i}", frame, (s, (-wall.thickness, 0.0), z), material)
         if z[0] == 0.0:
             skirting.append((s, (0.0, 0.012), (0.0, 0.08)))
-    site.lattice(f"wall_{wall.name}_skirting", frame, skirting, "trim", cast=False)
+    site.lattice(f"wall:{wall.name}:skirting", frame, skirting, TRIM, cast=False)
 
 
 def _reach(plan: FloorPlan, wall: Wall) -> Span:
@@ -144,7 +144,7 @@ def _pieces(wall: Wall, openings: list[Window | Door], height: float, reach: Spa
 
 
 def _plastered(site: Site, plan: FloorPlan, wall: Wall, piece: int, s: Span, z: Span) -> str:
-    key = f"wall_{wall.name}_{piece}"
+    key = f"wall:{wall.name}:{piece}"
     choice = int(site.rng(key).integers(PLASTERS))
     repeat = ((s[1] - s[0]) / PLASTER_SIZE[0], (z[1] - z[0]) / PLASTER_SIZE[1])
-    return site.papered(key, f"{wall.material}_{wall.surface}_{choice}", plan.material[wall.material], repeat)
+    return site.papered(key, f"material:{wall.material}:{wall.surface}:{choice}", plan.material[wall.material], repeat)

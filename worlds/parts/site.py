@@ -4,6 +4,9 @@ Geoms are in one of four groups. ``SOLID``: cameras see them, things touch them,
 cameras only. ``TOUCHED``: for things and beams, not for cameras. ``GLASS``: panes, which only beams notice. A geom's
 first user value is its remission, what a laser gets back [share of white plaster]. All materials are grey and set up
 for physically based shading.
+
+A part is named by words with ``:`` between, which no name in a plan holds: ``door:d01:leaf``. So are materials and
+pictures, but for the plan's own materials, which have their bare names.
 """
 
 import zlib
@@ -26,6 +29,8 @@ ROLES = int(mujoco.mjtTextureRole.mjNTEXROLE)
 EMISSIVE = int(mujoco.mjtTextureRole.mjTEXROLE_EMISSIVE)
 BLACKEST = 1e-6
 """Least remission that a geom can tell: MuJoCo gives 0 to those that tell none. From 0.1 m on no laser sees it."""
+TRIM, FRAME = "built-in:trim", "built-in:frame"
+"""Materials of skirtings, nosings and frames of doors, and of frames of windows."""
 Draw = Callable[[], Image]
 """Draws a picture when it is needed."""
 UNIT_BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -55,7 +60,9 @@ class Site:
 
     def rng(self, name: str) -> Generator:
         """Return the generator of the part called ``name``: adding a part does not redraw the others."""
-        return np.random.default_rng([self._seed, zlib.crc32(name.encode())])
+        # The key is older than the names: pictures stay as they were drawn when these had underscores.
+        key = name.removeprefix("built-in:").removeprefix("material:").replace(":", "_")
+        return np.random.default_rng([self._seed, zlib.crc32(key.encode())])
 
     # --- materials ---
 

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from refseq_bench.worlds.arrays import Block
-from refseq_bench.worlds.parts.site import SEEN, Site
+from refseq_bench.worlds.parts.site import SEEN, TRIM, Site
 from refseq_bench.worlds.plans.frame import LocalFrame, quaternion
 from refseq_bench.worlds.plans.schema import FloorPlan, Stairs
 
@@ -20,10 +20,10 @@ def raise_stairs(site: Site, plan: FloorPlan) -> None:
     """Build the flights of the plan: steps that are seen and touched, nosings and handrails that are only seen."""
     height = plan.ceiling.height if plan.ceiling is not None else np.inf
     for flight in plan.stairs:
-        key, frame = f"stairs_{flight.name}", LocalFrame.under(flight)
+        key, frame = f"stairs:{flight.name}", LocalFrame.under(flight)
         for i, step in enumerate(_steps(flight)):
-            site.solid(f"{key}_{i}", frame, step, flight.material)
-        site.lattice(f"{key}_nosings", frame, _nosings(flight), "trim", cast=False)
+            site.solid(f"{key}:{i}", frame, step, flight.material)
+        site.lattice(f"{key}:nosings", frame, _nosings(flight), TRIM, cast=False)
         _handrails(site, key, frame, flight, height)
 
 
@@ -45,9 +45,9 @@ def _handrails(site: Site, key: str, frame: LocalFrame, flight: Stairs, ceiling:
     sides = {"right": RAIL_INSET - flight.width / 2, "left": flight.width / 2 - RAIL_INSET}
     for side, out in sides.items():
         foot, head = (frame.point(s, out, z + RAIL_HEIGHT) for s, z in (edges[0], edges[-1]))
-        _bar(site, f"{key}_rail_{side}", foot, head)
+        _bar(site, f"{key}:rail:{side}", foot, head)
     posts = [_post(s, out, z) for s, z in edges[::POST_EVERY] for out in sides.values()]
-    site.lattice(f"{key}_posts", frame, posts, "trim")
+    site.lattice(f"{key}:posts", frame, posts, TRIM)
 
 
 def _post(s: float, out: float, foot: float) -> Block:
@@ -59,4 +59,4 @@ def _bar(site: Site, name: str, foot: np.ndarray, head: np.ndarray) -> None:
     level = np.cross(up, [0.0, 0.0, 1.0])
     middle, size = (foot + head) / 2, [RAIL_RADIUS, float(np.linalg.norm(head - foot)) / 2, 0.0]
     turn = quaternion(level / np.linalg.norm(level), up)
-    site.shape(name, mujoco.mjtGeom.mjGEOM_CYLINDER, middle, size, "trim", SEEN, quat=turn, castshadow=False)
+    site.shape(name, mujoco.mjtGeom.mjGEOM_CYLINDER, middle, size, TRIM, SEEN, quat=turn, castshadow=False)

@@ -424,9 +424,9 @@ def test_people_walk_while_the_robot_drives() -> None:
     world = build_world(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
     with bench_in(world) as bench:
         for _ in range(3):
-            start = float(bench.data.body("person_p").xpos[0])
+            start = float(bench.data.body("person:p").xpos[0])
             drive(bench, Twist(0.2, 0.0), 1.0)
-            assert bench.data.body("person_p").xpos[0] - start == pytest.approx(1.0, abs=0.05)
+            assert bench.data.body("person:p").xpos[0] - start == pytest.approx(1.0, abs=0.05)
 
 
 def test_somebody_who_walks_is_blurred_by_their_speed(lamp: Lamp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -439,7 +439,7 @@ def test_somebody_who_walks_is_blurred_by_their_speed(lamp: Lamp, monkeypatch: p
             drive(bench, Twist(), seconds)
             bench.sense()
         shutter = bench._cameras["camera-1"].exposure.shutter
-        away = bench.data.body("person_p").xpos[0] - bench.data.camera("robuter/camera-1").xpos[0]
+        away = bench.data.body("person:p").xpos[0] - bench.data.camera("robuter/camera-1").xpos[0]
     standing, walking = seen
     assert np.abs(standing).max() < 0.1
     # The person goes to the right. Arms and legs swing along the way, and the body is nearer than its middle.

@@ -93,7 +93,7 @@ def test_it_refuses_what_it_does_not_fit_through(name: str, door: str, why: str)
 
 @mostly("segway_rmp", "name")
 def test_it_waits_for_somebody_behind_the_door_and_then_gives_up(name: str) -> None:
-    with standing(moved(rooms("open = 100", end=ANA), "person_ana", 1.8), name) as bench:
+    with standing(moved(rooms("open = 100", end=ANA), "person:ana", 1.8), name) as bench:
         crossing = cross(bench, Pose(-1.7, 0.2, 0.1), patience=3.0)
         assert crossing.outcome is BehaviourOutcome.FAILED
         assert re.match(r"waited 3 s: something stands in the door: 0\.\d\d m free of", crossing.why), crossing.why
@@ -104,7 +104,7 @@ def test_it_waits_for_somebody_behind_the_door_and_then_gives_up(name: str) -> N
 @every_robot
 def test_it_does_not_go_where_somebody_stands_between_the_jambs(name: str) -> None:
     """Legs in the plane of the wall look like two gaps that end at no wall: then no door is found."""
-    with standing(moved(rooms("open = 100", end=ANA), "person_ana", 1.1), name) as bench:
+    with standing(moved(rooms("open = 100", end=ANA), "person:ana", 1.1), name) as bench:
         crossing = cross(bench, Pose(-1.7, 0.2, 0.1), patience=3.0)
         assert crossing.outcome is BehaviourOutcome.FAILED
         seen = r"no door ahead; something 1\.\d m in front|something stands in the door"
@@ -167,7 +167,7 @@ def test_the_doorkeeper_sees_a_touch() -> None:
         for _ in range(100):
             bench.drive(Twist(0.2))
             keeper.look()
-        assert keeper.touched <= {"wall_front_0", "wall_front_2", "wall_front_1"}
+        assert keeper.touched <= {"wall:front:0", "wall:front:2", "wall:front:1"}
         assert keeper.touched
         assert keeper.clearance < 0.001
 

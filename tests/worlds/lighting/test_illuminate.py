@@ -28,7 +28,7 @@ def test_intensities_are_photometric(hallway: World) -> None:
     found, numbers = lights(hallway), hallway.photometry
     sun = found["sun"]
     assert sun.intensity * sun.diffuse[0] == pytest.approx(transmission(PLAN) * numbers.outdoors.direct)
-    window = found["window_w01"]
+    window = found["window:w01"]
     candela = window_luminance(PLAN, PLAN.window[0], numbers.outdoors) * 0.85 * 2.0 * 1.5
     assert window.intensity * window.diffuse[0] == pytest.approx(candela, rel=1e-5)
 
@@ -37,7 +37,7 @@ def test_the_evening_has_lamps_and_no_sun() -> None:
     small = PLAN.model_copy(update={"poster": (), "board": (), "window": PLAN.window[:2]})
     found = lights(build_world(small, light_named("late-evening"), seed=0))
     assert "sun" not in found
-    assert sum(n.startswith("lamp_") for n in found) == 25
+    assert sum(n.startswith("lamp:") for n in found) == 25
 
 
 # --- what a renderer makes of it ---

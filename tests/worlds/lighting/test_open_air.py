@@ -12,7 +12,15 @@ from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.lighting.colour import camera_weight
 from refseq_bench.worlds.lighting.daylight import Daylight, sun_direction
-from refseq_bench.worlds.lighting.open_air import CONE, FACE_SHARES, INNER, axial, face_luminances, head_of
+from refseq_bench.worlds.lighting.open_air import (
+    CONE,
+    DOME_MATERIAL,
+    FACE_SHARES,
+    INNER,
+    axial,
+    face_luminances,
+    head_of,
+)
 from refseq_bench.worlds.lighting.sky import elevations, sky
 from refseq_bench.worlds.meter import illuminance
 from refseq_bench.worlds.plans.load import parse_plan
@@ -257,7 +265,7 @@ def test_a_poles_shadow_is_as_long_as_the_suns_elevation_says(light: str) -> Non
 
 def test_the_same_seed_draws_the_same_and_another_one_another_sky() -> None:
     def sky(seed: int) -> bytes:
-        return build_world(yard(), light_named("13:00,cloud=1"), seed).spec.texture("dome").data
+        return build_world(yard(), light_named("13:00,cloud=1"), seed).spec.texture(DOME_MATERIAL).data
 
-    assert sky(0) == lit("13:00,cloud=1").spec.texture("dome").data
-    assert sky(1) != lit("13:00,cloud=1").spec.texture("dome").data
+    assert sky(0) == lit("13:00,cloud=1").spec.texture(DOME_MATERIAL).data
+    assert sky(1) != lit("13:00,cloud=1").spec.texture(DOME_MATERIAL).data

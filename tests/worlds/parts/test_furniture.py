@@ -170,16 +170,16 @@ def test_a_bench_takes_few_geoms() -> None:
 
 
 def test_a_cupboard_has_doors_and_a_pillar_has_plaster() -> None:
-    assert compiled(kind="cupboard", width=1.2, depth=0.45, height=1.9).geom("cupboard_it_front").group[0] == SEEN
+    assert compiled(kind="cupboard", width=1.2, depth=0.45, height=1.9).geom("cupboard:it:front").group[0] == SEEN
     model = compiled(kind="pillar", width=0.4, depth=0.4, height=2.8)
-    assert model.geom("pillar_it_block").group[0] == SOLID
+    assert model.geom("pillar:it:block").group[0] == SOLID
     assert model.ntex == 1
 
 
 def test_furniture_is_built_with_the_world() -> None:
     text = plan_with(kind="box", width=0.5, depth=0.4, height=0.4)
     spec = build_world(parse_plan(text), light_named("18:00"), pictured=False).spec
-    assert spec.geom("box_it_0").userdata[0] == pytest.approx(clutter.GREYS["grey"])
+    assert spec.geom("box:it:0").userdata[0] == pytest.approx(clutter.GREYS["grey"])
 
 
 @pytest.mark.parametrize(

@@ -134,17 +134,17 @@ def test_a_laser_sees_a_car_where_its_hull_is(angle: float, half: str) -> None:
     at = -8.0 * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     name, distance = beam((*at, 0.35), angle)
     extent = CARS["saloon"].length / 2 if half == "length" else CARS["saloon"].half_width
-    assert name == "car_c1"
+    assert name == "car:c1"
     assert 8.0 - extent - 1e-6 <= distance <= 8.0 - extent + 0.08
 
 
 def test_a_laser_gets_less_from_dark_paint() -> None:
     model, _ = lot()
-    assert model.geom("car_c1").user[0] == pytest.approx(0.5)
+    assert model.geom("car:c1").user[0] == pytest.approx(0.5)
 
 
 def test_below_a_car_there_is_nothing_for_a_laser() -> None:
-    assert beam((0.0, -3.0, 0.1), 90.0)[0] != "car_c1"
+    assert beam((0.0, -3.0, 0.1), 90.0)[0] != "car:c1"
 
 
 def test_the_ground_under_a_car_gets_the_light_that_it_leaves() -> None:
@@ -166,14 +166,14 @@ def test_the_ground_under_a_car_gets_the_light_that_it_leaves() -> None:
 
 
 def test_trunk_and_pole_end_a_beam_and_the_crown_does_not() -> None:
-    assert beam((8.0, -4.0, 0.35), 90.0) == ("tree_t1", pytest.approx(4.0 - 0.2, abs=1e-6))
-    assert beam((-8.0, -4.0, 0.35), 90.0) == ("post_p1", pytest.approx(4.0 - 0.07, abs=1e-6))
-    assert beam((8.0, -4.0, 4.5), 90.0)[0].startswith("wall_house")
+    assert beam((8.0, -4.0, 0.35), 90.0) == ("tree:t1", pytest.approx(4.0 - 0.2, abs=1e-6))
+    assert beam((-8.0, -4.0, 0.35), 90.0) == ("post:p1", pytest.approx(4.0 - 0.07, abs=1e-6))
+    assert beam((8.0, -4.0, 4.5), 90.0)[0].startswith("wall:house")
 
 
 def test_leaves_stay_around_their_crown() -> None:
     model, data = lot()
-    geom = model.geom("tree_t1_crown")
+    geom = model.geom("tree:t1:crown")
     mesh = model.mesh(geom.dataid[0])
     points = model.mesh_vert[mesh.vertadr[0] : mesh.vertadr[0] + mesh.vertnum[0]]
     world = points @ data.geom_xmat[geom.id].reshape(3, 3).T + data.geom_xpos[geom.id]
@@ -185,7 +185,7 @@ def test_leaves_stay_around_their_crown() -> None:
 
 def test_a_kerb_is_solid_and_too_low_for_a_laser() -> None:
     model, _ = lot()
-    stones = [model.geom(f"kerb_k1_{i}") for i in range(2)]
+    stones = [model.geom(f"kerb:k1:{i}") for i in range(2)]
     assert all(s.contype[0] == 1 and s.group[0] == SOLID for s in stones)
     assert [s.pos[2] + s.size[2] for s in stones] == pytest.approx([0.12, 0.12])
     assert stones[0].size[0] == pytest.approx(5.0 + 0.075)
@@ -193,7 +193,7 @@ def test_a_kerb_is_solid_and_too_low_for_a_laser() -> None:
 
 def test_paint_is_seen_and_not_touched_and_painted_once() -> None:
     model, data = lot()
-    geom = model.geom("marking_m1")
+    geom = model.geom("marking:m1")
     assert (geom.group[0], geom.contype[0], geom.conaffinity[0]) == (SEEN, 0, 0)
     mesh = model.mesh(geom.dataid[0])
     corners = model.mesh_vert[mesh.vertadr[0] : mesh.vertadr[0] + mesh.vertnum[0]]

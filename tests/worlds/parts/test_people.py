@@ -53,9 +53,9 @@ def at(model: mujoco.MjModel, plan: FloorPlan, time: float) -> mujoco.MjData:
 
 def test_those_who_walk_are_mocap_bodies_and_those_who_stand_are_of_the_world(model: mujoco.MjModel) -> None:
     assert model.nmocap == len(PARTS)
-    for part in ("", "_left-arm", "_right-arm", "_left-leg", "_right-leg"):
-        assert model.body(f"person_busy{part}").mocapid[0] >= 0
-        assert model.geom(f"person_still{part}").bodyid[0] == 0
+    for part in ("", ":left-arm", ":right-arm", ":left-leg", ":right-leg"):
+        assert model.body(f"person:busy{part}").mocapid[0] >= 0
+        assert model.geom(f"person:still{part}").bodyid[0] == 0
 
 
 @pytest.mark.parametrize("height", [0.2, 0.3, 0.5])
@@ -66,7 +66,7 @@ def test_a_laser_sees_two_legs(model: mujoco.MjModel, plan: FloorPlan, height: f
         foot = np.array([2.0, 0.8]) + side * 0.095 * np.array([-math.sin(heading), math.cos(heading)])
         start = (*(foot + np.array([math.cos(heading), math.sin(heading)])), height)
         distance, name = ray(model, data, start, (-math.cos(heading), -math.sin(heading)))
-        assert name == f"person_still_{leg}-leg"
+        assert name == f"person:still:{leg}-leg"
         assert 0.9 < distance < 1.0
     between = (2.0 + math.cos(heading), 0.8 + math.sin(heading), height)
     assert not ray(model, data, between, (-math.cos(heading), -math.sin(heading)))[1].startswith("person")
@@ -76,11 +76,11 @@ def test_whoever_walks_is_where_the_clock_says(model: mujoco.MjModel, plan: Floo
     walk = Walk.of(plan.person[1])
     for time in (0.0, 0.3, 1.9, 3.5, 40.0):
         data, stance = at(model, plan, time), walk.pose(time)
-        assert data.body("person_busy").xpos[:2] == pytest.approx(stance[:2])
-        assert data.body("person_busy").xmat[[0, 3]] == pytest.approx(
+        assert data.body("person:busy").xpos[:2] == pytest.approx(stance[:2])
+        assert data.body("person:busy").xmat[[0, 3]] == pytest.approx(
             (math.cos(stance.heading), math.sin(stance.heading))
         )
-        legs = (data.body(f"person_busy_{side}-leg").xpos[:2] for side in ("left", "right"))
+        legs = (data.body(f"person:busy:{side}-leg").xpos[:2] for side in ("left", "right"))
         assert np.mean(list(legs), axis=0) == pytest.approx(stance[:2])
 
 
@@ -98,7 +98,7 @@ def test_feet_come_forward_in_turn_and_meet_the_floor(model: mujoco.MjModel, pla
     ahead = []
     for time in middles:
         data = at(model, plan, float(time))
-        left, right = (low_points(model, data, f"person_busy_{side}-leg") for side in ("left", "right"))
+        left, right = (low_points(model, data, f"person:busy:{side}-leg") for side in ("left", "right"))
         ahead.append(left[:, 0].mean() - right[:, 0].mean())
         lowest = min(left[:, 2].min(), right[:, 2].min())
         assert -0.08 < lowest < 0.03
@@ -123,7 +123,7 @@ def test_people_are_as_tall_as_they_are_said_to_be_and_stay_within_their_radius(
 ) -> None:
     data = at(model, plan, 0.0)
     for person in plan.person:
-        names = [g.name for g in map(model.geom, range(model.ngeom)) if g.name.startswith(f"person_{person.name}")]
+        names = [g.name for g in map(model.geom, range(model.ngeom)) if g.name.startswith(f"person:{person.name}")]
         points = np.concatenate([in_world(model, data, name) for name in names])
         assert points[:, 2].max() == pytest.approx(person.height, abs=1e-3)
         assert points[:, 2].min() == pytest.approx(0.0, abs=1e-3)
@@ -135,8 +135,8 @@ def test_the_tallest_keep_within_their_radius_to_the_sides_of_their_way(model: m
     assert widest < PERSON_RADIUS
     for time in np.linspace(0.0, Walk.of(plan.person[1]).period, 60):
         data = at(model, plan, float(time))
-        for part in ("", "_left-leg", "_right-leg", "_left-arm", "_right-arm"):
-            points = in_world(model, data, f"person_busy{part}")
+        for part in ("", ":left-leg", ":right-leg", ":left-arm", ":right-arm"):
+            points = in_world(model, data, f"person:busy{part}")
             assert 3.0 - PERSON_RADIUS < points[:, 0].min() < points[:, 0].max() < 6.5 + PERSON_RADIUS
 
 
@@ -147,7 +147,7 @@ def test_the_tallest_who_stand_keep_their_hands_and_feet_within_their_radius(sma
     model = build_world(plan, light_named("18:00"), seed=0).spec.compile()
     data = at(model, plan, 0.0)
     for person in plan.person:
-        names = (f"person_{person.name}{part}" for part in ("", "_left-arm", "_right-arm", "_left-leg", "_right-leg"))
+        names = (f"person:{person.name}{part}" for part in ("", ":left-arm", ":right-arm", ":left-leg", ":right-leg"))
         points = np.concatenate([in_world(model, data, name) for name in names])
         assert np.linalg.norm(points[:, :2] - person.at, axis=1).max() < PERSON_RADIUS
 
@@ -185,15 +185,15 @@ def test_a_body_put_on_somebody_touches_them(
     model = spec.compile()
     data = at(model, plan, time)
     touched = {model.geom(g).name for c in data.contact for g in c.geom if c.dist < 0.0}
-    assert any(other.startswith(f"person_{name}") for other in touched)
+    assert any(other.startswith(f"person:{name}") for other in touched)
 
 
 def test_people_differ_and_a_seed_fixes_them(plan: FloorPlan, model: mujoco.MjModel) -> None:
     again = build_world(plan, light_named("18:00"), seed=0).spec.compile()
     other = build_world(plan, light_named("18:00"), seed=1).spec.compile()
-    assert picture(again, "person_still") == picture(model, "person_still")
-    assert picture(other, "person_still") != picture(model, "person_still")
-    assert picture(model, "person_busy") != picture(model, "person_still")
+    assert picture(again, "person:still") == picture(model, "person:still")
+    assert picture(other, "person:still") != picture(model, "person:still")
+    assert picture(model, "person:busy") != picture(model, "person:still")
 
 
 def picture(model: mujoco.MjModel, texture: str) -> bytes:

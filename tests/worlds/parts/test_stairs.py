@@ -71,19 +71,19 @@ def test_a_level_beam_up_the_flight_ends_on_the_riser_at_its_height(small: Calla
 def test_a_body_touches_the_steps_that_it_reaches_into_and_nothing_beside_them(small: Callable[..., str]) -> None:
     world, half = spec(small(flight())), (0.05, 0.05, 0.05)
     assert touched(world, (FOOT[0] - 0.06, 0.0, 0.06), half) == set()
-    assert touched(world, (FOOT[0] - 0.04, 0.0, 0.06), half) == {"stairs_up_0"}
+    assert touched(world, (FOOT[0] - 0.04, 0.0, 0.06), half) == {"stairs:up:0"}
     assert touched(world, (FOOT[0] + STEPS * RUN + 0.06, 0.0, 0.06), half) == set()
     for side in (-1.0, 1.0):
         assert touched(world, (FOOT[0] + RUN, side * (WIDTH / 2 + 0.06), 0.06), half) == set()
-        assert touched(world, (FOOT[0] + RUN, side * (WIDTH / 2 + 0.04), 0.06), half) == {"stairs_up_0", "stairs_up_1"}
+        assert touched(world, (FOOT[0] + RUN, side * (WIDTH / 2 + 0.04), 0.06), half) == {"stairs:up:0", "stairs:up:1"}
 
 
 @pytest.mark.parametrize("heading", HEADINGS)
 def test_handrails_run_0_9_m_above_the_edges_along_both_sides(small: Callable[..., str], heading: float) -> None:
     model, data = ready(small(flight(heading)))
     for side, sign in (("left", 1.0), ("right", -1.0)):
-        rail = data.geom(f"stairs_up_rail_{side}")
-        axis, half = rail.xmat.reshape(3, 3)[:, 2], model.geom(f"stairs_up_rail_{side}").size[1]
+        rail = data.geom(f"stairs:up:rail:{side}")
+        axis, half = rail.xmat.reshape(3, 3)[:, 2], model.geom(f"stairs:up:rail:{side}").size[1]
         assert axis[2] == pytest.approx(RISE / np.hypot(RISE, RUN))
         ends = [at(heading, k * RUN, sign * (WIDTH / 2 - 0.07), (k + 1) * RISE + 0.9) for k in (0, STEPS - 1)]
         np.testing.assert_allclose([rail.xpos - half * axis, rail.xpos + half * axis], ends, atol=1e-9)
@@ -91,18 +91,18 @@ def test_handrails_run_0_9_m_above_the_edges_along_both_sides(small: Callable[..
 
 def test_handrails_end_below_the_ceiling_and_a_single_step_has_none(small: Callable[..., str]) -> None:
     model, data = ready(small(flight(steps=16)))  # 2.72 m, the ceiling at 2.8 m
-    rail = data.geom("stairs_up_rail_left")
-    top = rail.xpos[2] + model.geom("stairs_up_rail_left").size[1] * rail.xmat[8]
+    rail = data.geom("stairs:up:rail:left")
+    top = rail.xpos[2] + model.geom("stairs:up:rail:left").size[1] * rail.xmat[8]
     assert 2.8 - RISE < top + 0.022 <= 2.8
     names = {geom.name for geom in spec(small(flight(steps=1))).geoms}
-    assert "stairs_up_0" in names
+    assert "stairs:up:0" in names
     assert not [name for name in names if "rail" in name or "post" in name]
 
 
 def test_steps_are_solid_and_echo_their_material_and_the_rest_is_only_seen(small: Callable[..., str]) -> None:
     model = spec(small(flight())).compile()
-    stairs = [model.geom(i) for i in range(model.ngeom) if model.geom(i).name.startswith("stairs_up_")]
-    steps = [geom for geom in stairs if geom.name.split("_")[2].isdigit()]
+    stairs = [model.geom(i) for i in range(model.ngeom) if model.geom(i).name.startswith("stairs:up:")]
+    steps = [geom for geom in stairs if geom.name.split(":")[2].isdigit()]
     assert len(steps) == STEPS
     for geom in stairs:
         solid = geom in steps
@@ -113,7 +113,7 @@ def test_steps_are_solid_and_echo_their_material_and_the_rest_is_only_seen(small
 
 def test_nosings_stand_out_of_their_steps_by_a_paper_s_thickness(small: Callable[..., str]) -> None:
     model, data = ready(small(flight()))
-    geom, mesh = data.geom("stairs_up_nosings"), model.mesh("stairs_up_nosings")
+    geom, mesh = data.geom("stairs:up:nosings"), model.mesh("stairs:up:nosings")
     local = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]]
     corners = local @ geom.xmat.reshape(3, 3).T + geom.xpos
     np.testing.assert_allclose(corners.min(axis=0), [FOOT[0] - 0.003, -WIDTH / 2, RISE - 0.045], atol=1e-6)
