@@ -223,6 +223,19 @@ def test_no_name_of_a_plan_is_one_of_a_hidden_part(small: Callable[..., str], th
     assert model.ngeom > 4
 
 
+@pytest.mark.parametrize(
+    "thing",
+    [
+        '[[fixture]]\nname = "f"\nkind = "radiator"\nwidth = 0.05\nheight = 0.6\nbottom = 0.1\ndepth = 0.1\n'
+        'material = "door"\n',
+        '[[board]]\nname = "b"\nwidth = 0.05\nheight = 0.05\nsheets = 40\n',
+        '[[board]]\nname = "b"\nwidth = 0.01\nheight = 0.01\nsheets = 9\n',
+    ],
+)
+def test_small_things_hang_too(small: Callable[..., str], thing: str) -> None:
+    assert compiled(small(end=f'{thing}wall = "left"\nat = 3\n'), 0).ngeom > 8
+
+
 def test_a_poster_and_a_material_of_one_name_have_a_picture_each(small: Callable[..., str]) -> None:
     text = small(end='[[poster]]\nname = "plaster_0"\nwall = "left"\nat = 3\n').replace('"plaster"', '"poster"')
     assert pixels(compiled(text.replace("plaster =", "poster ="), 0), "poster:plaster_0")

@@ -71,8 +71,8 @@ def _fixture(site: Site, frame: LocalFrame, fixture: Fixture) -> None:
         _cylinder(site, key, frame, fixture, fixture.material)
         return
     site.solid(key, frame, block, fixture.material)
-    if fixture.kind == "radiator":
-        site.lattice(f"{key}:fins", frame, _fins(fixture), fixture.material, cast=False)
+    if fixture.kind == "radiator" and (fins := _fins(fixture)):  # a narrow one has none
+        site.lattice(f"{key}:fins", frame, fins, fixture.material, cast=False)
     if fixture.kind == "sign":
         draw = partial(posters.sign, (fixture.width, fixture.height), site.rng(key))
         material = site.picture(f"{key}:face", draw, ENAMEL)

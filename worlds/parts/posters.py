@@ -224,8 +224,8 @@ def notice_board(size: tuple[float, float], sheets: int, rng: Generator, density
     slot = 0.94 * width / columns
     for i in range(sheets):
         row, column = divmod(i, columns)
-        w = round(min(rng.uniform(0.8, 1.05) * slot, 0.36 * density))
-        h = min(round(w * rng.choice([1.41, 1.41, 0.71, 1.0])), round(0.46 * height))
+        w = max(1, round(min(rng.uniform(0.8, 1.05) * slot, 0.36 * density)))
+        h = max(1, min(round(w * rng.choice([1.41, 1.41, 0.71, 1.0])), round(0.46 * height)))
         x = 0.03 * width + column * slot + rng.uniform(0, max(1.0, slot - w))
         y = height * (0.05 + 0.45 * row) + rng.uniform(0, max(1.0, 0.45 * height - h))
         _pin(image, _paper((h, w), rng), int(x), int(y), rng)

@@ -138,5 +138,12 @@ def _valid_keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             kind = kind.model_fields[str(part)].annotation
         else:
-            kind = next(a for a in reversed(typing.get_args(kind)) if not isinstance(a, types.EllipsisType))
+            kind = _held(kind)
+        if isinstance(kind, types.UnionType):
+            kind = _held(kind)
     return tuple(kind.model_fields)
+
+
+def _held(kind: Any) -> Any:
+    """The table that is held by a tuple or dict of them, or by a table or None."""
+    return next(a for a in reversed(typing.get_args(kind)) if a not in (..., types.NoneType))

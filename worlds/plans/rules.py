@@ -1,7 +1,7 @@
 """Rules that a floor plan keeps beyond its schema: its parts fit together, and each broken rule is one line."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -20,6 +20,7 @@ from refseq_bench.worlds.plans.schema import (
     Door,
     FloorPlan,
     OnWall,
+    Point,
     Wall,
     Window,
 )
@@ -30,6 +31,10 @@ LONGEST_WALL = 500.0
 
 FLAT = 1e-9
 """Two walls that span a smaller area between them [m²] are taken for parallel."""
+SAME = 1e-6
+"""Points of a line that are nearer to each other [m] are one, and have no direction between them."""
+SMALLEST_SIDE = 0.01
+"""What hangs on a wall is no narrower or lower [m]: a smaller measure was meant in other units."""
 BESIDE = 0.01
 """So far from a wall's face one stands on one side of it [m]."""
 HIGHEST_CEILING = 50.0
@@ -58,10 +63,12 @@ def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _crossing_walls(plan)
     yield from _turned_round(plan)
     for key, item in _listed(plan, ON_WALL):
+        yield from _too_small(key, item)
         yield from _off_its_wall(plan, key, item)
     yield from _windows_inside(plan)
     yield from _overlaps(plan)
     yield from _no_ways(plan)
+    yield from _misplaced_lamps(plan)
     yield from _outside(plan)
     yield from _misfit_furniture(plan)
     yield from _hemmed_in(plan)
@@ -144,9 +151,28 @@ def _no_ways(plan: FloorPlan) -> Iterator[str]:
     if not plan.routes:
         yield "routes: it holds none; valid is one at least, as forward = [[x, y], [x, y]]"
     for name, points in plan.routes.items():
-        for i, (before, point) in enumerate(pairwise(points), 1):
-            if math.dist(before, point) < BESIDE:
-                yield f"routes.{name}[{i}]: {list(point)} is the point before it; valid are points apart"
+        yield from _stays(f"routes.{name}", points, BESIDE)
+    for key, line in _listed(plan, LINES):
+        yield from _stays(f"{key}.points", line.points, SAME)
+
+
+def _stays(key: str, points: Sequence[Point], least: float) -> Iterator[str]:
+    """Find points of a line that are nearer than ``least`` [m] to the one before."""
+    for i, (before, point) in enumerate(pairwise(points), 1):
+        if math.dist(before, point) < least:
+            yield f"{key}[{i}]: {list(point)} is the point before it; valid are points apart"
+
+
+def _misplaced_lamps(plan: FloorPlan) -> Iterator[str]:
+    """Find lamps without a ceiling, street lamps under one, and lamps of a row that hang in each other."""
+    for i, row in enumerate(plan.lamp):
+        if plan.ceiling is None:
+            yield f"lamp[{i}]: '{row.name}' hangs from a ceiling, and the plan has none; valid is a [[post]]"
+        if row.count > 1 and math.hypot(*row.step) < BESIDE:
+            yield f"lamp[{i}].step: {list(row.step)} is not valid; {row.count} lamps would hang in each other"
+    for i, post in enumerate(plan.post):
+        if plan.ceiling is not None:
+            yield f"post[{i}]: '{post.name}' lights streets, and the plan has a ceiling; valid is a [[lamp]]"
 
 
 def _turned_round(plan: FloorPlan) -> Iterator[str]:
@@ -173,6 +199,12 @@ def _wrong_heights(plan: FloorPlan) -> Iterator[str]:
                 f"wall[{i}].height: {wall.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high: leave "
                 "the height out"
             )
+    for i, tree in enumerate(plan.tree):
+        if tree.crown >= tree.height:
+            high = f"the tree's height, {tree.height:g}"
+            yield f"tree[{i}].crown: {tree.crown:g} is not valid; it should be less than {high}"
+        if plan.ceiling is not None and tree.height > plan.ceiling.height:
+            yield f"tree[{i}].height: {tree.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high"
     for i, flight in enumerate(plan.stairs):
         top = flight.steps * flight.rise
         if plan.ceiling is not None and top > plan.ceiling.height:
@@ -193,6 +225,12 @@ def _windows_inside(plan: FloorPlan) -> Iterator[str]:
         ]
         if plan.ceiling is not None and min(behind) < -1e-9:
             yield f"window[{i}].wall: '{wall.name}' has parts of the plan behind it; windows fit in walls at its edge"
+
+
+def _too_small(key: str, item: Any) -> Iterator[str]:
+    for side in ("width", "height"):
+        if getattr(item, side) < SMALLEST_SIDE:
+            yield f"{key}.{side}: {getattr(item, side):g} is not valid; it should be at least {SMALLEST_SIDE:g} m"
 
 
 def _off_its_wall(plan: FloorPlan, key: str, item: Any) -> Iterator[str]:

@@ -21,6 +21,7 @@ Length = Annotated[float, Field(strict=True, gt=0.0, le=FARTHEST)]
 Height = Annotated[float, Field(strict=True, ge=0.0, le=FARTHEST)]
 Kelvin = Annotated[float, Field(strict=True, ge=1000.0, le=20_000.0)]
 Share = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
+Lumen = Annotated[float, Field(strict=True, gt=0.0, le=1e6)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Point = tuple[Number, Number]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")]
@@ -288,7 +289,7 @@ class Post(Standing):
     """A street lamp: ``height`` of its head above the ground."""
 
     height: Length = 5.0
-    lumen: Length = 6000.0
+    lumen: Lumen = 6000.0
     kelvin: Kelvin = 2700.0
     switch: Literal["dusk", "always"] = "dusk"
 
@@ -342,7 +343,7 @@ class LampRow(_PlanTable):
     step: Point
     count: Count
     size: tuple[Length, Length] = (1.2, 0.3)
-    lumen: Length
+    lumen: Lumen
     kelvin: Kelvin = 4000.0
     switch: Literal["dusk", "always"] = "dusk"
 

@@ -7,6 +7,7 @@ import pytest
 
 from refseq_bench.worlds.errors import PlanError, WorldsError
 from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
+from tests.worlds.conftest import in_the_open
 
 Text = Callable[..., str]
 
@@ -147,6 +148,54 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
 )  # fmt: skip
 def test_each_mistake_is_one_line(small: Text, top: str, said: str) -> None:
     assert message(small(top)) == f"plan.toml: {said}"
+
+
+def test_an_unknown_key_of_the_ceiling_is_told(small: Text) -> None:
+    said = message(small().replace("[ceiling]\n", "[ceiling]\ncolour = 1\n"))
+    assert said == "plan.toml: ceiling.colour: unknown key; valid keys are height, material, panel"
+
+
+@pytest.mark.parametrize(
+    ("top", "said"),
+    [
+        (
+            'tree = [{ name = "t", at = [4, 0], height = 1.8 }]',
+            "tree[0].crown: 1.8 is not valid; it should be less than the tree's height, 1.8",
+        ),
+        (
+            'tree = [{ name = "t", at = [4, 0], height = 3 }]',
+            "tree[0].height: 3 is not valid; the ceiling is 2.8 m high",
+        ),
+        (
+            'post = [{ name = "p", at = [4, 0] }]',
+            "post[0]: 'p' lights streets, and the plan has a ceiling; valid is a [[lamp]]",
+        ),
+        (
+            'lamp = [{ name = "l", first = [1, 0], step = [0, 0], count = 4, lumen = 12000.0 }]',
+            "lamp[0].step: [0.0, 0.0] is not valid; 4 lamps would hang in each other",
+        ),
+        (
+            'marking = [{ name = "m", points = [[1, 0], [3, 0], [3, 0]], material = "plaster" }]',
+            "marking[0].points[2]: [3.0, 0.0] is the point before it; valid are points apart",
+        ),
+        (
+            'kerb = [{ name = "k", points = [[1, 0], [1, 0]], material = "plaster" }]',
+            "kerb[0].points[1]: [1.0, 0.0] is the point before it; valid are points apart",
+        ),
+        (
+            'board = [{ name = "b", wall = "left", at = 3, width = 0.005 }]',
+            "board[0].width: 0.005 is not valid; it should be at least 0.01 m",
+        ),
+    ],
+)
+def test_what_cannot_be_built_or_gives_no_light_is_told(small: Text, top: str, said: str) -> None:
+    assert message(small(top)) == f"plan.toml: {said}"
+
+
+def test_a_row_of_lamps_in_the_open_air_is_told() -> None:
+    row = '[[lamp]]\nname = "l"\nfirst = [1, 0]\nstep = [1, 0]\ncount = 2\nlumen = 3000\n'
+    said = "plan.toml: lamp[0]: 'l' hangs from a ceiling, and the plan has none; valid is a [[post]]"
+    assert message(in_the_open(row)) == said
 
 
 def test_a_material_used_by_default_must_exist(small: Text) -> None:
