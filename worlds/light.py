@@ -10,6 +10,11 @@ from typing import Any
 
 from refseq_bench.worlds.errors import LightError
 
+FIRST_DAY, LAST_DAY = datetime.date(1900, 1, 1), datetime.date(2100, 12, 31)
+"""Days for which the sun's position is worked out: its series hold in these two centuries."""
+SHARE = "a share from 0 to 1"
+DAY = f"a day such as 2008-06-15, in the years {FIRST_DAY.year} to {LAST_DAY.year}"
+
 
 class Lamps(StrEnum):
     """Switching of the lamps: ``AUTO`` switches them on when it gets dark outside."""
@@ -23,7 +28,8 @@ class Lamps(StrEnum):
 class LightSetting:
     """Light as it is asked for: local clock ``hour`` (0..24), share of the sky under ``cloud`` (0..1), lamps, date.
 
-    No ``date`` means the plan's. ``name`` is what the light is called in files and tables.
+    No ``date`` means the plan's. ``name`` is what the light is called in files and tables. Raises ``LightError`` for
+    another value.
     """
 
     name: str
@@ -31,6 +37,20 @@ class LightSetting:
     cloud: float = 0.0
     lamps: Lamps = Lamps.AUTO
     date: datetime.date | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.hour <= 24.0:
+            raise _invalid(self.name, "hour", f"{self.hour:g}", "from 0 to 24")
+        if not 0.0 <= self.cloud <= 1.0:
+            raise _invalid(self.name, "cloud", f"{self.cloud:g}", SHARE)
+        if not isinstance(self.lamps, Lamps):
+            raise _invalid(self.name, "lamps", self.lamps, "Lamps.AUTO, ON or OFF")
+        if self.date is not None and not FIRST_DAY <= self.date <= LAST_DAY:
+            raise _invalid(self.name, "date", self.date, DAY)
+
+
+def _invalid(light: str, key: str, value: object, valid: str) -> LightError:
+    return LightError(f"light '{light}': {key} '{value}' is not valid; it should be {valid}")
 
 
 PRESETS = MappingProxyType(
@@ -59,8 +79,11 @@ def light_named(text: str) -> LightSetting:
     """
     start, _, rest = text.partition(",")
     clock, _, preset = PRESETS.get(start, start).partition(",")
-    options = dict(_option(text, part) for part in (*preset.split(","), *rest.split(",")) if part)
-    return LightSetting(text, _hour(text, clock), **options)
+    given, said = ([_option(text, part) for part in parts.split(",") if part] for parts in (preset, rest))
+    for key in (keys := [key for key, _ in said]):
+        if keys.count(key) > 1:
+            raise LightError(f"light '{text}': {key} is given twice; valid is once")
+    return LightSetting(text, _hour(text, clock), **dict([*given, *said]))
 
 
 def _hour(text: str, clock: str) -> float:
@@ -79,20 +102,13 @@ def _option(text: str, part: str) -> tuple[str, Any]:
     try:
         return key, read(value)
     except ValueError:
-        raise LightError(f"light '{text}': {key} '{value}' is not valid; it should be {valid}") from None
-
-
-def _share(value: str) -> float:
-    share = float(value)
-    if not 0.0 <= share <= 1.0:
-        raise ValueError
-    return share
+        raise _invalid(text, key, value, valid) from None
 
 
 _OPTIONS: Mapping[str, tuple[Callable[[str], Any], str]] = MappingProxyType(
     {
-        "cloud": (_share, "a share from 0 to 1"),
+        "cloud": (float, SHARE),
         "lamps": (Lamps, "auto, on or off"),
-        "date": (datetime.date.fromisoformat, "a day such as 2008-06-15"),
+        "date": (datetime.date.fromisoformat, DAY),
     }
 )

@@ -65,8 +65,12 @@ def change_named(text: str) -> Change:
     Raises ``ChangeError`` with the value and what is valid.
     """
     start, _, rest = text.partition(",")
-    parts = f"{PRESETS[start]},{rest}" if start in PRESETS else text
-    return Change(**dict(_strength(text, part) for part in parts.split(",") if part or start not in PRESETS))
+    preset, parts = (PRESETS[start].split(","), rest.split(",")) if start in PRESETS else ([], text.split(","))
+    given, said = ([_strength(text, part) for part in some if part or start not in PRESETS] for some in (preset, parts))
+    for kind in (kinds := [kind for kind, _ in said]):
+        if kinds.count(kind) > 1:
+            raise ChangeError(f"change '{text}': {kind} is given twice; valid is once")
+    return Change(**dict([*given, *said]))
 
 
 def _strength(text: str, part: str) -> tuple[str, float]:

@@ -7,6 +7,7 @@ one did as it is, and adds to it.
 
 import zlib
 from collections.abc import Mapping
+from itertools import chain, count
 from types import MappingProxyType
 from typing import Any, NamedTuple, get_args
 
@@ -61,6 +62,12 @@ def drawn(kind: str, things: Mapping[str, Any], strength: float, seed: int) -> l
 
 def _named(items: tuple[Any, ...]) -> dict[str, Any]:
     return {item.name: item for item in items}
+
+
+def free_name(name: str, items: tuple[Any, ...]) -> str:
+    """Return ``name``, with a number behind it where one of ``items`` has it: what was changed can change again."""
+    taken = {item.name for item in items}
+    return next(one for one in chain([name], (f"{name}-{i}" for i in count(2))) if one not in taken)
 
 
 def put(plan: FloorPlan, table: str, old: Any, *new: Any) -> FloorPlan:
@@ -176,7 +183,7 @@ def kept_free(plan: FloorPlan) -> list[Footprint]:
 def change_posters(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Take a poster away, hang another in its place, or hang a new one elsewhere on its wall."""
     for poster, rng in drawn("poster", _named(plan.poster), strength, seed):
-        other = {"name": f"new-{poster.name}", "style": STYLES[rng.integers(len(STYLES))]}
+        other = {"name": free_name(f"new-{poster.name}", plan.poster), "style": STYLES[rng.integers(len(STYLES))]}
         match rng.integers(3):
             case 0:
                 plan = put(plan, "poster", poster)

@@ -14,7 +14,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from refseq_bench.worlds.arrays import Floats
-from refseq_bench.worlds.change.changes import MARGIN, TRIES, WAY, drawn, kept_free, thresholds
+from refseq_bench.worlds.change.changes import MARGIN, TRIES, WAY, drawn, free_name, kept_free, thresholds
 from refseq_bench.worlds.plans.areas import Rectangle, rectangles
 from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, taken
 from refseq_bench.worlds.plans.frame import left_of
@@ -49,7 +49,7 @@ def add_standing(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
         ground.taken.extend(thresholds(plan))
         spot = next(_spots(ground, stretch, rng), None)
         if spot is not None:
-            plan = _joined(plan, _somebody(f"standing-{stretch.name}", spot[None], rng))
+            plan = _joined(plan, _somebody(free_name(f"standing-{stretch.name}", plan.person), spot[None], rng))
     return plan
 
 
@@ -61,7 +61,7 @@ def add_walkers(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
         way = next((w for w in ways if np.linalg.norm(w[1] - w[0]) >= SHORTEST), None)
         if way is not None:
             turned = way[:: rng.choice([-1, 1])]
-            plan = _joined(plan, _somebody(f"walking-{stretch.name}", turned, rng))
+            plan = _joined(plan, _somebody(free_name(f"walking-{stretch.name}", plan.person), turned, rng))
     return plan
 
 

@@ -15,19 +15,33 @@ class DialRange(NamedTuple):
     greatest: float
 
 
+RANGES: Mapping[str, DialRange] = {
+    "texture": DialRange(0.0, 1.0),
+    "repetition": DialRange(0.0, 1.0),
+    "glass": DialRange(0.0, 0.9),
+    "width": DialRange(1.8, 4.0),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Dials:
     """Difficulty of a generated world; what is None is as the seed draws it.
 
     ``texture``: posters a metre of wall, and at 0 nothing but doors and windows on any wall; ``repetition``: share of
     modules, 8 m of a wall and whole wings, that are identical; ``glass``: share of the outer walls that is window;
-    ``width`` of the corridors [m].
+    ``width`` of the corridors [m]. Raises ``PlanError`` for a value out of ``RANGES``.
     """
 
     texture: float | None = None
     repetition: float | None = None
     glass: float | None = None
     width: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, (least, greatest) in RANGES.items():
+            value = getattr(self, name)
+            if value is not None and not least <= value <= greatest:
+                raise PlanError(f"dials: {_out_of_range(name, value)}")
 
     @property
     def suffix(self) -> str:
@@ -48,12 +62,6 @@ class Dials:
 
 
 AS_DRAWN = Dials()
-RANGES: Mapping[str, DialRange] = {
-    "texture": DialRange(0.0, 1.0),
-    "repetition": DialRange(0.0, 1.0),
-    "glass": DialRange(0.0, 0.9),
-    "width": DialRange(1.8, 4.0),
-}
 
 
 def parse_dials(text: str, world: str) -> Dials:
@@ -76,5 +84,10 @@ def _number(name: str, text: str, world: str) -> float:
     except ValueError:
         value = float("nan")
     if not least <= value <= greatest:
-        raise PlanError(f"world '{world}': {name} = '{text}' is not valid; it should be from {least:g} to {greatest:g}")
+        raise PlanError(f"world '{world}': {_out_of_range(name, text)}")
     return value
+
+
+def _out_of_range(name: str, value: object) -> str:
+    least, greatest = RANGES[name]
+    return f"{name} = '{value}' is not valid; it should be from {least:g} to {greatest:g}"

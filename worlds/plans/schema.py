@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.light import FIRST_DAY, LAST_DAY
 
 FARTHEST = 1e4
 """Bound of coordinates, lengths and heights [m]: what is drawn and searched in cells grows with them."""
@@ -37,7 +38,7 @@ class Place(_PlanTable):
     latitude: Annotated[float, Field(strict=True, ge=-90.0, le=90.0)]
     longitude: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)]
     timezone: str
-    date: datetime.date
+    date: Annotated[datetime.date, Field(ge=FIRST_DAY, le=LAST_DAY)]
     x_azimuth: Annotated[float, Field(strict=True, ge=0.0, lt=360.0)]
     """Compass bearing of the world's x axis [deg], clockwise from north."""
     ground_albedo: Share = 0.2

@@ -65,6 +65,8 @@ FORM = (
         ("people", "change 'people': people '' is not valid; it should be from 0 to 1"),
         ("people=many", "change 'people=many': people 'many' is not valid; it should be from 0 to 1"),
         ("people=1.5", "change: people = 1.5 is not valid; it should be from 0 to 1"),
+        ("people=0.1,people=0.9", "change 'people=0.1,people=0.9': people is given twice; valid is once"),
+        ("few,cars=0,cars=1", "change 'few,cars=0,cars=1': cars is given twice; valid is once"),
         ("doors=nan", "change: doors = nan is not valid; it should be from 0 to 1"),
     ],
 )
@@ -93,6 +95,13 @@ def test_no_strength_changes_nothing(seed: int) -> None:
 @given(changes, seeds)
 def test_a_seed_fixes_the_change(change: Change, seed: int) -> None:
     assert changed(ANNEX, change, seed) == changed(ANNEX, change, seed)
+
+
+@pytest.mark.parametrize("name", ["hallway", "laboratory"])
+def test_what_has_changed_can_change_again(name: str) -> None:
+    once = changed(load_plan(name), change_named("busy"), 1)
+    again = changed(once, change_named("busy"), 1)
+    assert len(again.person) > len(once.person)
 
 
 def test_another_seed_changes_otherwise() -> None:

@@ -123,6 +123,12 @@ def test_no_corridor_is_dark_by_day(seed: int, turned: Dials) -> None:
             assert beside or lamp.switch == "always", (plan.name, lamp.name)
 
 
+@pytest.mark.parametrize(("name", "value"), [("glass", 5.0), ("width", 1.0), ("texture", float("nan"))])
+def test_dials_that_are_turned_by_hand_are_checked_too(name: str, value: float) -> None:
+    with pytest.raises(PlanError, match=f"^dials: {name} = '{value}' is not valid; it should be from "):
+        Dials(**{name: value})
+
+
 @pytest.mark.parametrize("name", ["corridor:2,glass=0.1", "building:5,glass=0.05", "building:38,glass=0.9"])
 def test_what_is_wider_than_its_window_covers_nothing(name: str) -> None:
     plan = load_plan(name)

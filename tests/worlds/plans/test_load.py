@@ -150,6 +150,11 @@ def test_each_mistake_is_one_line(small: Text, top: str, said: str) -> None:
     assert message(small(top)) == f"plan.toml: {said}"
 
 
+def test_a_day_of_which_no_sun_is_known_is_told(small: Text) -> None:
+    said = message(small().replace("2008-03-20", "9999-12-31"))
+    assert said.startswith("plan.toml: place.date: datetime.date(9999, 12, 31) is not valid; it should be less than")
+
+
 def test_an_unknown_key_of_the_ceiling_is_told(small: Text) -> None:
     said = message(small().replace("[ceiling]\n", "[ceiling]\ncolour = 1\n"))
     assert said == "plan.toml: ceiling.colour: unknown key; valid keys are height, material, panel"
