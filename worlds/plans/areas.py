@@ -91,8 +91,7 @@ def _ring_of(plan: FloorPlan) -> _Ring | None:
     if not walls:
         return None
     drawn = np.array([(wall.start, wall.end) for wall in walls])
-    rings = (_closed(walls, ends) for ends in (drawn, _snapped(drawn)))
-    return next((ring for ring in rings if ring is not None), None)
+    return _closed(walls, drawn) or _closed(walls, _snapped(drawn))
 
 
 def _closed(walls: tuple[Wall, ...], ends: Floats) -> _Ring | None:
@@ -102,21 +101,26 @@ def _closed(walls: tuple[Wall, ...], ends: Floats) -> _Ring | None:
     straight = np.any(ring[:, 0] == ring[:, 1], axis=1)
     if not kept or crowd or not straight.all():
         return None
-    grown = [Rectangle(area.low - JOINED, area.high + JOINED) for area in _cut(ring)]
-    loose = np.delete(ends, kept, axis=0).reshape(-1, 2)
-    if not all(any(area.holds(end) for area in grown) for end in loose):
+    if len(kept) < len(walls) and not _within(ring, np.delete(ends, kept, axis=0).reshape(-1, 2)):
         return None
     return _Ring(tuple(walls[i] for i in kept), ring)
 
 
+def _within(ring: Floats, points: Floats) -> bool:
+    """Tell whether all points (n, 2) lie in the area of a ring of walls, (m, 2 ends, 2), or at its edge."""
+    grown = [Rectangle(area.low - JOINED, area.high + JOINED) for area in _cut(ring)]
+    return all(any(area.holds(point) for area in grown) for point in points)
+
+
 def _linked(ends: Floats) -> tuple[list[int], list[Point]]:
     """Numbers of the walls left when those with a free end are gone, one after another; corners of more than two."""
-    kept = list(range(len(ends)))
+    corners = [((x0, y0), (x1, y1)) for (x0, y0), (x1, y1) in ends.tolist()]
+    kept = list(range(len(corners)))
     while True:
-        meeting = Counter(tuple(corner) for i in kept for corner in ends[i].tolist())
-        linked = [i for i in kept if all(meeting[tuple(corner)] > 1 for corner in ends[i].tolist())]
+        meeting = Counter(corner for i in kept for corner in corners[i])
+        linked = [i for i in kept if all(meeting[corner] > 1 for corner in corners[i])]
         if linked == kept:
-            return kept, [(x, y) for (x, y), count in meeting.items() if count > 2]
+            return kept, [corner for corner, count in meeting.items() if count > 2]
         kept = linked
 
 
