@@ -60,7 +60,6 @@ def learn(
     if any(sensor != LASER for sensor in wanted):
         chosen = with_network(chosen, names)
     extractors = make_extractors(names, wanted, chosen)
-    check_geometry(chosen, extractors)
     check_motions(drive)
     check_way(drive)
     columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
@@ -98,13 +97,6 @@ class _KeysOnTheWay:
 
     def learnt(self) -> Mapping[str, PathKeys]:
         return {camera: PathKeys.of(views) for camera, views in self._found.items()}
-
-
-def check_geometry(profile: Profile, extractors: Sequence[Extractor]) -> None:
-    """Raise ``MapError`` for a profile that lays keys on each other where only a network finds any: they are SIFT's."""
-    kinds = {type(one) for one in extractors}
-    if profile.log_ratio.geometry > 0 and NeuralWords in kinds and SiftWords not in kinds:
-        raise MapError("log_ratio.geometry lays keys of SIFT on each other; valid is 0, or 'sift' among the features")
 
 
 def check_way(views: Sequence[View]) -> None:

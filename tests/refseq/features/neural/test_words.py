@@ -9,7 +9,7 @@ from refseq.errors import MapError, ViewError
 from refseq.features.neural.network import FILE
 from refseq.features.neural.words import NeuralSettings, NeuralWords, pinned
 from refseq.map.learning import learn
-from refseq.map.localiser import Localiser
+from refseq.map.localiser import Localiser, localise
 from refseq.map.map import Map
 from refseq.map.profile import BEST, PROFILES, Profile, profile_named
 from refseq.view import View
@@ -139,11 +139,12 @@ def test_a_floor_that_no_key_reaches_is_refused(profile: Profile, drive: list[Vi
         learn(drive, profile=replace(profile, neural=replace(SMALL, floor=50.0)))
 
 
-def test_geometry_asks_keys_of_sift(profile: Profile, drive: list[View]) -> None:
-    asked = replace(profile, log_ratio=replace(profile.log_ratio, geometry=8))
-    with pytest.raises(MapError, match=r"log_ratio\.geometry lays keys of SIFT on each other; valid is 0, or 'sift'"):
-        learn(drive, profile=asked)
+def test_geometry_lays_keys_of_sift_and_without_any_there_is_none(profile: Profile, drive: list[View]) -> None:
+    asked, none = (replace(profile, log_ratio=replace(profile.log_ratio, geometry=most)) for most in (8, 0))
+    alone = [learn(drive, profile=one) for one in (asked, none)]
+    assert not alone[0].keys(3)
     assert learn(drive, profile=asked, features=("sift", "neural")).keys(3)
+    assert localise(alone[0], drive) == localise(alone[1], drive)
 
 
 def test_a_laser_alone_asks_no_network(drive: list[View], monkeypatch: pytest.MonkeyPatch) -> None:
