@@ -210,6 +210,17 @@ def unless_blind(log_ratios: NDArray[np.float64], blind: float) -> NDArray[np.fl
     return mixed
 
 
+def with_more(log_ratios: NDArray[np.float64], more: NDArray[np.float64], blind: float) -> NDArray[np.float64]:
+    """Log ratios (K,) of a view (``unless_blind``) that tells ``more`` (K,) where it is not blind.
+
+    The more that speaks against a place, the nearer its ratio comes to what a blind view tells; one below stays there.
+    """
+    seeing = np.exp(log_ratios) - blind
+    told = np.log(blind + np.maximum(seeing, 0.0) * np.exp(more)) if blind else log_ratios + more
+    mixed: NDArray[np.float64] = np.where(seeing > 0, told, log_ratios)
+    return mixed
+
+
 def power_of(log_ratios: NDArray[np.float64]) -> float:
     """The largest power up to 1 at which ratios average 1 or less; 0 where none does."""
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from refseq.belief import LOST_ABOVE, Belief
+from refseq.inference.matching.log_ratio import with_more
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 
@@ -25,9 +26,13 @@ OPEN = 2
 
 
 class Block(Protocol):
-    """Evidence for a few places: ``most`` of them are asked on the way, 0 is none."""
+    """Evidence for a few places: ``most`` of them are asked on the way, 0 is none.
+
+    ``blind`` is the chance that the view tells nothing of its place, neither by its words nor by this block.
+    """
 
     most: int
+    blind: float
 
     @property
     def sees(self) -> bool:
@@ -57,7 +62,7 @@ class FewPlaces:
         start = time.perf_counter()
         for block in asked:
             places = self._places(block.most, by_words, last, measured[0].distance)
-            ratios[places] += block.told(places)
+            ratios[places] = with_more(ratios[places], block.told(places), block.blind)
         parts = np.split(ratios, self._map.first[1:-1])
         weighed = [
             replace(one, log_ratio=part, likelihood=softmax(part)) for one, part in zip(measured, parts, strict=True)

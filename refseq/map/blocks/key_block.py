@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from refseq.features.key_fit import KeyFit, fit_keys
 from refseq.features.word_extractor import PictureKeys
-from refseq.inference.matching.log_ratio import Calibration, unless_blind
+from refseq.inference.matching.log_ratio import Calibration
 from refseq.map.blocks.few_places import pairs_elsewhere
 from refseq.map.map import Map
 
@@ -38,7 +38,8 @@ class KeyBlock:
         self._map = map_
         self.take({})
         self._calibrations: dict[frozenset[str], Calibration] = {}
-        self.most = int(map_.profile.log_ratio.geometry)
+        settings = map_.profile.log_ratio
+        self.most, self.blind = int(settings.geometry), settings.blind
 
     def take(self, view: Mapping[str, PictureKeys]) -> None:
         """Take the next view's keys, by camera."""
@@ -56,7 +57,6 @@ class KeyBlock:
             self._calibrations[cameras] = self._calibration(cameras)
         fits = [self._fit(place) for place in places.tolist()]
         told = self._calibrations[cameras].log_ratios(np.array([score(fit) for fit in fits]))
-        told = unless_blind(told, self._map.profile.log_ratio.blind)
         told[[fit.matches < FEWEST for fit in fits]] = 0.0
         return nearest_of_neighbours(places, told, np.log([fit.scale for fit in fits]))
 

@@ -27,6 +27,9 @@ class ScanBlock:
     of the ``sensors`` that are asked, ``log_ratio.scans_alone`` at least.
     """
 
+    blind = 0.0
+    """A scan that shows walls is not blind, and rules out more than words may."""
+
     def __init__(self, map_: Map, poses: PosesBeside, sensors: Collection[str]) -> None:
         self._map, self._poses = map_, poses
         settings = map_.profile.log_ratio

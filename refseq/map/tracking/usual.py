@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from refseq.belief import Belief
-from refseq.inference.matching.log_ratio import log_calibrated, unless_blind
+from refseq.inference.matching.log_ratio import log_calibrated, with_more
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 
@@ -82,10 +82,7 @@ class UsualViews:
     def _weighed(self, measured: Measurement) -> Measurement:
         if measured.log_ratio is None or not self._usual:
             return measured
-        words = measured.power * sum(measured.by_block.values(), np.zeros(len(measured.log_ratio)))
-        fewer = words - measured.power * self._against(measured)
-        change = unless_blind(fewer, self._blind) - unless_blind(words, self._blind)
-        log_ratio = measured.log_ratio + change
+        log_ratio = with_more(measured.log_ratio, -measured.power * self._against(measured), self._blind)
         return replace(measured, log_ratio=log_ratio, likelihood=softmax(log_ratio))
 
     def _against(self, measured: Measurement) -> NDArray[np.float64]:

@@ -19,6 +19,8 @@ from refseq.inference.matching.log_ratio import (
     log_calibrated,
     log_mean_calibrated,
     power_of,
+    unless_blind,
+    with_more,
 )
 
 quick = settings(derandomize=True)
@@ -231,6 +233,22 @@ def test_a_view_may_be_blind(blind: float) -> None:
     for observed in (shown(first[20], second[20]), shown(first[5], second[50]), {}):
         evidence = np.exp(mixed.log_ratios(observed))
         np.testing.assert_allclose(evidence, blind + (1 - blind) * np.exp(seeing.log_ratios(observed)))
+
+
+told = st.lists(st.tuples(st.floats(-8, 8), st.floats(-8, 8)), min_size=1, max_size=6)
+
+
+@quick
+@given(told, st.sampled_from([0.0, 0.01, 0.2, 0.9]))
+def test_a_view_that_tells_more_is_blind_once(pairs: list[tuple[float, float]], blind: float) -> None:
+    """Whatever hides its words hides the rest as well: words and more are one product, mixed with 1 once."""
+    words, more = np.array(pairs).T
+    both = with_more(unless_blind(words, blind), more, blind)
+    np.testing.assert_allclose(both, unless_blind(words + more, blind), atol=1e-6)
+    low = np.log(blind) - 1.0 if blind else -9.0
+    assert (with_more(np.full(len(more), low), -np.abs(more), blind) <= low).all(), (
+        "more against it never helps a place"
+    )
 
 
 def test_fewer_views_and_scores_give_much_the_same() -> None:

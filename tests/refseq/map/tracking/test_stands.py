@@ -32,7 +32,8 @@ ONCE = "best+motion.stands_once=true"
 
 @pytest.fixture(scope="module", params=["thesis", "best"])
 def map_(request: pytest.FixtureRequest) -> Map:
-    return learn(REFERENCE, profile=f"{request.param}+motion.stands_once=true")
+    """A map that knows no usual views: of those an odometer of zeros tells fewer."""
+    return learn(REFERENCE, profile=f"{request.param}+motion.stands_once=true+log_ratio.usual=0")
 
 
 def ratios(values: Sequence[float], again: bool = False, distance: float = 1.0) -> list[Measurement]:
@@ -104,9 +105,9 @@ def with_stand(count: int) -> list[View]:
     return [*QUERY[: AT + 1], *more, *QUERY[AT + 1 :]]
 
 
-def close(one: Belief, other: Belief) -> None:
-    np.testing.assert_allclose(one.places, other.places, atol=1e-9)
-    assert one.lost == pytest.approx(other.lost, abs=1e-9)
+def close(one: Belief, other: Belief, within: float = 1e-9) -> None:
+    np.testing.assert_allclose(one.places, other.places, atol=within)
+    assert one.lost == pytest.approx(other.lost, abs=within)
 
 
 @pytest.mark.quick_cases("chain")
@@ -140,8 +141,8 @@ def test_a_robot_that_stood_since_the_start_is_no_surer_either(map_: Map) -> Non
     first = QUERY[AT]
     beliefs = [localiser.update(replace(first, distance=0.0, turn=0.0, time=first.time + k)) for k in range(6)]
     if map_.profile.method.matching == "log_ratio":  # the mixture draws random components for each view
-        for belief in beliefs:
-            close(belief, beliefs[0])
+        for belief in beliefs:  # keys are laid on places that the belief before names: at the first view there is none
+            close(belief, beliefs[0], within=1e-4)
     assert len({len(belief.path) for belief in beliefs}) == 1
 
 
