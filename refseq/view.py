@@ -57,18 +57,21 @@ def facing(scan: Scan) -> Scan:
     """The scan with its middle ahead, within half a turn: all that looks for walls and doors takes it for that.
 
     A scanner that sees all around may begin anywhere; its scan then begins behind the robot. Beams stay in their order.
+    Where the last one looks where the first does, it is again so, behind: what it told of where they met is left out.
     """
     count = len(scan.ranges)
+    once = round(2 * math.pi / scan.step)
     begin = -math.pi
-    if abs(count * scan.step - 2 * math.pi) > scan.step / 2:
+    if count not in (once, once + 1):
         middle = scan.start + scan.step * (count - 1) / 2
         begin = scan.start - 2 * math.pi * round(middle / (2 * math.pi))
         return scan if begin == scan.start else replace(scan, start=begin)
     if abs(scan.start - begin) < scan.step:
         return scan
-    bearings = (scan.bearings - begin) % (2 * math.pi)
+    bearings = (scan.bearings[:once] - begin) % (2 * math.pi)
     first = int(np.argmin(bearings))
-    return replace(scan, ranges=np.roll(scan.ranges, -first), start=begin + float(bearings[first]))
+    ranges = np.roll(scan.ranges[:once], -first)
+    return replace(scan, ranges=np.append(ranges, ranges[: count - once]), start=begin + float(bearings[first]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

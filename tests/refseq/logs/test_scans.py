@@ -106,14 +106,29 @@ def test_scans_that_are_none(start: float, step: float, count: int, message: str
     assert str(caught.value) == message
 
 
+@pytest.mark.parametrize("beams", [720, 721])
 @pytest.mark.parametrize("start", [0.0, -math.pi, math.pi / 3])
-def test_a_scanner_that_sees_all_around_may_begin_anywhere(start: float) -> None:
-    """A room with a door ahead: its features, walls and doors are the same."""
+def test_a_scanner_that_sees_all_around_may_begin_anywhere(start: float, beams: int) -> None:
+    """A room with a door ahead: its features, walls and doors are the same, the first beam repeated or not."""
     walls = [(2, -3, 2, -0.45), (2, 0.45, 2, 3), (-2, -3, 2, -3), (-2, 3, 2, 3), (-2, -3, -2, 3), (5, -3, 5, 3)]
     step = math.radians(0.5)
-    seen = scan_of(rays(walls, Pose(0.0, 0.0, 0.0), start + step * np.arange(720)), start, step)
+    seen = scan_of(rays(walls, Pose(0.0, 0.0, 0.0), start + step * np.arange(beams)), start, step)
     assert seen.start == pytest.approx(-math.pi, abs=step)
+    assert len(seen.ranges) == beams
     behind = scan_of(rays(walls, Pose(0.0, 0.0, 0.0), -math.pi + step * np.arange(720)), -math.pi, step)
     (door,) = find_doors(seen, DoorSettings())
     assert door.centre == pytest.approx((2.0, 0.0), abs=0.02)
     np.testing.assert_allclose(sector_ranges(seen, 24), sector_ranges(behind, 24), atol=0.05)
+
+
+def test_360_beams_of_which_the_last_repeats_the_first_begin_behind() -> None:
+    """From 0 to 6.28 rad, as simulated TurtleBots have them: each beam but the last is seen where it was."""
+    step = 6.28 / 359
+    told = np.arange(1, 361)
+    scan = scan_of(told, 0.0, step, max_range=400.0)
+    assert scan.start == pytest.approx(-math.pi, abs=step)
+    assert scan.ranges[0] == scan.ranges[-1]
+    before = dict(zip(told[:-1].tolist(), (step * np.arange(359)).tolist(), strict=True))
+    for ranged, bearing in zip(scan.ranges[:-1].tolist(), scan.bearings[:-1].tolist(), strict=True):
+        apart = (bearing - before[int(ranged)] + math.pi) % (2 * math.pi) - math.pi
+        assert abs(apart) <= step / 2
