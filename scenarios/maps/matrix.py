@@ -22,7 +22,7 @@ from refseq.inference.matching.information import (
     view_information,
 )
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
 
 PICTURES = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}

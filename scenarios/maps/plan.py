@@ -13,7 +13,7 @@ from refseq.files import replacing_at
 from refseq.map.map import Map
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.maps.matrix import PICTURES
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 
 WIDTH, DPI = 9.0, 120
 """Of the picture [inch], and its dots an inch."""

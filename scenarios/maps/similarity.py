@@ -17,7 +17,7 @@ from refseq.atlas.similarity import view_similarity
 from refseq.files import replacing, replacing_at
 from refseq.map.map import Map
 from refseq_bench.scenarios.maps.matrix import DPI, PICTURES
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 
 WIDE = 11.0
 """Width of the picture [inches]."""

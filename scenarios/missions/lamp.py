@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.library import LIBRARY
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:

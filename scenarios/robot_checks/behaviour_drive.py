@@ -18,7 +18,7 @@ from refseq_bench.robots.behaviours import BehaviourOutcome, RobotDescription
 from refseq_bench.robots.behaviours.written import ParsedBehaviour, make_behaviour, parse_behaviour
 from refseq_bench.robots.robot import Shape
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings

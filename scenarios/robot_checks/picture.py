@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from refseq_bench import robots
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.robot_checks.body import Body
 from refseq_bench.scenarios.robot_checks.drawings import MEASURE, SOURCE, draw_views
 from refseq_bench.sim.acceptance.floor import empty_floor

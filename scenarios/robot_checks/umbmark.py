@@ -5,7 +5,7 @@ import math
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.sim.acceptance.umbmark import Direction, Umbmark
 

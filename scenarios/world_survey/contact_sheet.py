@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from refseq_bench.scenarios.report.plots.style import AS_WRITTEN
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.world_survey.snapshots import Snapshot
 
 CELL = (3.2, 2.4)

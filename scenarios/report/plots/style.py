@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from refseq.belief import Stage
+from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 
 INK = "#010203"
 """Stands for the colour of the page's text; no plot uses it for anything else."""
@@ -61,9 +62,6 @@ DRIVE_COLOURS = ("#2a8fd4", "#d55e00", "#2a9d6f", "#d6409f", "#b8860b", "#5b5bd6
 DRIVE_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 """Of drives, one after the other; as there are more colours than markers, 56 drives are told apart, and the first seven
 without colour."""
-
-AS_WRITTEN: dict[Any, Any] = {"text.parse_math": False}
-"""Draws names from outside as they are: matplotlib would take what stands between dollars for mathematics."""
 
 page_style = mpl.rc_context(
     {

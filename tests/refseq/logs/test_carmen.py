@@ -16,7 +16,7 @@ from refseq.logs import Role, open_log, plan_views, read_recording, write_carmen
 from refseq.logs.carmen import NO_RETURN
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
-from refseq.view import Scan, View
+from refseq.view import Scan, View, facing
 from refseq_bench.scenarios.log_tools.rewriting.conversion import LogFormat, convert
 
 DATA = Path(__file__).resolve().parents[3].parent / "shared" / "data"
@@ -358,7 +358,7 @@ def drives(
         ranges = np.resize(np.array([one if one < reach else np.inf for one in seen], np.float32), beams)
         motion = (draw(st.floats(-2, 2)), draw(st.floats(-1, 1))) if has_odometry and number else (0.0, 0.0)
         truth = draw(poses) if true == "all" or (true == "some" and draw(st.booleans())) else None
-        scan = Scan(ranges, start, step, reach)
+        scan = facing(Scan(ranges, start, step, reach))  # 361 degrees are a full turn
         views.append(View(100.0 + number, {}, scan, *motion, truth, has_odometry=has_odometry))
     return views
 

@@ -50,7 +50,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     written(folder / "other.mcap", later, {"robot": "segway-rmp"})
     written(folder / "short.mcap", later[:3], robot)
     written(folder / "one-eye.mcap", [without(view, "lateral") for view in later], robot)
-    written(folder / "back.mcap", later[::-1], robot)
+    written(folder / "elsewhere.mcap", other, robot)
     return folder
 
 
@@ -115,7 +115,7 @@ def test_what_was_added_to_a_merged_map_alone_is_not_lost_in_a_merge(refseq: Ref
         ("map.refseq other.mcap", "the drive is of robot segway-rmp; valid is that of the map, robuter"),
         ("map.refseq one-eye.mcap", "the drive has no lateral; valid are drives with all sensors of the map"),
         ("map.refseq short.mcap", "the drive has 3 views over 1.7 m; valid is a way of 3 m"),
-        ("map.refseq back.mcap", "the drive has 30 views, of which "),
+        ("map.refseq elsewhere.mcap", "the drive has 30 views, of which "),
         ("map.refseq none.mcap", "none.mcap: "),
         ("map.refseq text.mcap", "text.mcap: "),
         ("cut.refseq later.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
