@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from refseq.view import LASER, View
 from refseq_bench.sim.device_tables import TABLE
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.sensors.laser import in_arc
 
 
 class SignalFaultKind(StrEnum):
@@ -34,8 +35,6 @@ class SignalFaultKind(StrEnum):
     CLOCK_JUMPING = "clock-jumping"
 
 
-ON_EDGE = 1e-9
-"""A beam so little beside the blind ones [rad] is one of them: it lies on their edge, but for rounding."""
 CAMERAS_OF = {
     SignalFaultKind.CAMERA_BLANK: ("camera",),
     SignalFaultKind.CAMERA_FROZEN: ("camera",),
@@ -151,8 +150,7 @@ def _with_scan(view: View, last: View, fault: SignalFault) -> View:
         return replace(view, scan=before)
     if fault.kind is SignalFaultKind.LASER_MIRRORED:
         return replace(view, scan=replace(scan, ranges=scan.ranges[::-1].copy()))
-    apart = (scan.bearings - math.radians(fault.bearing) + math.pi) % (2 * math.pi) - math.pi
-    blind = np.abs(apart) <= math.radians(fault.width) / 2 + ON_EDGE
+    blind = in_arc(scan.bearings, math.radians(fault.bearing - fault.width / 2), math.radians(fault.width))
     return replace(view, scan=replace(scan, ranges=np.where(blind, np.inf, scan.ranges).astype(np.float32)))
 
 

@@ -72,10 +72,14 @@ def ages() -> NDArray[np.float64]:
     return np.asarray(departure.max() - departure)
 
 
+def bearings() -> NDArray[np.float64]:
+    """Directions of the beams in the scanner's frame, counter-clockwise, (beams,) [rad]."""
+    return np.asarray(START + STEP * np.arange(BEAMS))
+
+
 def directions() -> NDArray[np.float64]:
     """Unit vectors of the beams in the scanner's frame, counter-clockwise, (beams, 3)."""
-    bearings = START + STEP * np.arange(BEAMS)
-    return np.stack([np.cos(bearings), np.sin(bearings), np.zeros(BEAMS)], axis=1)
+    return np.stack([np.cos(bearings()), np.sin(bearings()), np.zeros(BEAMS)], axis=1)
 
 
 def sweep(model: mujoco.MjModel, data: mujoco.MjData, site: str) -> LaserSweep:

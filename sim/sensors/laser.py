@@ -20,6 +20,7 @@ from refseq_bench.sim.sensors.beams import (
     START,
     STEP,
     Hits,
+    bearings,
     cast,
     cones,
     directions,
@@ -133,14 +134,13 @@ class Laser:
         counts = np.round(np.maximum(ranges, model.min_range) * model.mode.value)
         too_weak = np.isinf(echoes.distance) & (echoes.power > 0)
         words = np.where(too_weak, LOW_SNR, np.minimum(counts, ABOVE_MAX)).astype(np.uint16)
-        for arc in self.dazzled:
-            words[_dazzled(*arc)] = DAZZLE
+        for low, high in self.dazzled:
+            words[in_arc(bearings(), low, high - low)] = DAZZLE
         words.setflags(write=False)
         return Telegram(words, model.mode)
 
 
-def _dazzled(low: float, high: float) -> NDArray[np.bool_]:
-    """Mask of the beams (361,) in the arc from ``low`` counter-clockwise to ``high`` [rad]; a width of 2π is all."""
-    bearings = START + STEP * np.arange(BEAMS)
-    inside: NDArray[np.bool_] = (bearings - low + ON_EDGE) % (2 * np.pi) <= high - low + 2 * ON_EDGE
+def in_arc(beams: NDArray[np.float64], low: float, width: float) -> NDArray[np.bool_]:
+    """Mask of the bearings of ``beams`` (n,) from ``low`` counter-clockwise over ``width``, edges too [rad]; 2π is all."""
+    inside: NDArray[np.bool_] = (beams - low + ON_EDGE) % (2 * np.pi) <= width + 2 * ON_EDGE
     return inside
