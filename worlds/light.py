@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from refseq_bench.worlds.errors import LightError
+from refseq_bench.worlds.options import once
 
 FIRST_DAY, LAST_DAY = datetime.date(1900, 1, 1), datetime.date(2100, 12, 31)
 """Days for which the sun's position is worked out: its series hold in these two centuries."""
@@ -80,10 +81,8 @@ def light_named(text: str) -> LightSetting:
     start, _, rest = text.partition(",")
     clock, _, preset = PRESETS.get(start, start).partition(",")
     given, said = ([_option(text, part) for part in parts.split(",") if part] for parts in (preset, rest))
-    for key in (keys := [key for key, _ in said]):
-        if keys.count(key) > 1:
-            raise LightError(f"light '{text}': {key} is given twice; valid is once")
-    return LightSetting(text, _hour(text, clock), **dict([*given, *said]))
+    options = dict(given) | once(said, f"light '{text}'", LightError)
+    return LightSetting(text, _hour(text, clock), **options)
 
 
 def _hour(text: str, clock: str) -> float:

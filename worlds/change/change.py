@@ -14,6 +14,7 @@ from types import MappingProxyType
 from refseq_bench.worlds.change.changes import ASTRAY, NUDGED, change_doors, change_posters, move, repark_cars
 from refseq_bench.worlds.change.pedestrians import add_standing, add_walkers
 from refseq_bench.worlds.errors import ChangeError
+from refseq_bench.worlds.options import once
 from refseq_bench.worlds.plans.rules import checked
 from refseq_bench.worlds.plans.schema import FloorPlan
 
@@ -67,10 +68,7 @@ def change_named(text: str) -> Change:
     start, _, rest = text.partition(",")
     preset, parts = (PRESETS[start].split(","), rest.split(",")) if start in PRESETS else ([], text.split(","))
     given, said = ([_strength(text, part) for part in some if part or start not in PRESETS] for some in (preset, parts))
-    for kind in (kinds := [kind for kind, _ in said]):
-        if kinds.count(kind) > 1:
-            raise ChangeError(f"change '{text}': {kind} is given twice; valid is once")
-    return Change(**dict([*given, *said]))
+    return Change(**dict(given) | once(said, f"change '{text}'", ChangeError))
 
 
 def _strength(text: str, part: str) -> tuple[str, float]:
