@@ -79,7 +79,7 @@ def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox]
 
 def _not_enclosed(plan: FloorPlan) -> Iterator[str]:
     """Find where walls up to the ceiling leave the building open, or do not tell what of it they enclose."""
-    walls = [wall for wall in plan.wall if wall.height is None]
+    walls = plan.full_walls
     if plan.ceiling is None or enclosing(plan):
         return
     if ends := list(_open_ends(walls)):

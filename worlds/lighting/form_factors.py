@@ -177,7 +177,7 @@ def _around(points: Floats, centres: Floats) -> NDArray[np.bool_]:
 def hidden(plan: FloorPlan, a: Floats, b: Floats, i: NDArray[np.intp], j: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Tell which lines in plan from ``a[i]`` to ``b[j]`` (each (·, 2) [m]) cross a wall that reaches the ceiling."""
     crossed = np.zeros(len(i), dtype=bool)
-    for wall in (w for w in plan.wall if w.height is None):
+    for wall in plan.full_walls:
         crossed |= _crossed(wall, a, b, i, j)
     return crossed
 

@@ -82,7 +82,7 @@ def closed(plan: FloorPlan) -> bool:
 def lay_patches(plan: FloorPlan) -> SurfacePatches:
     """Cut floor, ceiling and the walls that reach it into patches of at most ``PATCH``."""
     laid = [part for area in rectangles(plan) for part in _levels(plan, area.low, area.size)]
-    laid += [_on_wall(plan, wall) for wall in plan.wall if wall.height is None]
+    laid += [_on_wall(plan, wall) for wall in plan.full_walls]
     return SurfacePatches(Quads.joined([p.faces for p in laid]), np.concatenate([p.albedo for p in laid]))
 
 

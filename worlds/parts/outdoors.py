@@ -22,7 +22,8 @@ BELOW = 0.03
 """Depth of that land below the ground of the plan [m]: enough for the depth buffer at 200 m."""
 MOTTLE = 3.0
 """Side of the picture that repeats on markings, and on the land around [m]."""
-LEAVES, LAND = "built-in:leaf", "built-in:land"
+LEAVES, STEMS, POLES, LAND = "built-in:leaf", "built-in:bark", "built-in:pole", "built-in:land"
+"""Materials of what no plan names one for."""
 LEAF = Material(albedo=0.12, roughness=1.0)
 BARK = Material(albedo=0.14, roughness=1.0)
 POLE = Material(albedo=0.35, roughness=0.5)
@@ -53,11 +54,11 @@ def furnish_grounds(site: Site, plan: FloorPlan) -> None:
         _kerb(site, kerb)
     if plan.tree:
         site.picture(LEAVES, partial(scenery.foliage, LEAF.albedo, site.rng(LEAVES)), LEAF)
-        site.plain("built-in:bark", BARK)
+        site.plain(STEMS, BARK)
     for tree in plan.tree:
         _tree(site, tree)
     if plan.post:
-        site.plain("built-in:pole", POLE)
+        site.plain(POLES, POLE)
     for post in plan.post:
         _post(site, post)
 
@@ -107,7 +108,7 @@ def _tree(site: Site, tree: Tree) -> None:
     """A trunk that is touched, and a crown of leaves that is only seen."""
     stem = tree.height - tree.crown
     pos = [*tree.at, stem / 2]
-    site.shape(f"tree:{tree.name}", CYLINDER, pos, [tree.trunk, stem / 2, 0], "built-in:bark")
+    site.shape(f"tree:{tree.name}", CYLINDER, pos, [tree.trunk, stem / 2, 0], STEMS)
     crown = _crown(tree, site.rng(f"tree:{tree.name}"))
     show(site, f"tree:{tree.name}:crown", crown, LEAVES, cast=True)
 
@@ -147,8 +148,8 @@ def _stars(at: Floats, out: Floats, radius: float, rng: np.random.Generator) -> 
 
 def _post(site: Site, post: Post) -> None:
     frame, half = LocalFrame.under(post), post.height / 2
-    site.shape(f"post:{post.name}", CYLINDER, [*post.at, half], [POST_RADIUS, half, 0], "built-in:pole")
+    site.shape(f"post:{post.name}", CYLINDER, [*post.at, half], [POST_RADIUS, half, 0], POLES)
     length, width, height = HEAD
     arm = ((0.0, ARM), (-0.03, 0.03), (post.height - 0.06, post.height))
     case = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height, post.height + height))
-    site.lattice(f"post:{post.name}:arm", frame, [arm, case], "built-in:pole")
+    site.lattice(f"post:{post.name}:arm", frame, [arm, case], POLES)

@@ -87,7 +87,7 @@ def enclosing(plan: FloorPlan) -> tuple[Wall, ...]:
 
 def _ring_of(plan: FloorPlan) -> _Ring | None:
     """The walls around the area: as they are drawn, or else where ends that are nearly the same are taken for one."""
-    walls = tuple(wall for wall in plan.wall if wall.height is None)
+    walls = plan.full_walls
     if not walls:
         return None
     drawn = np.array([(wall.start, wall.end) for wall in walls])
@@ -126,7 +126,7 @@ def _linked(ends: Floats) -> tuple[list[int], list[Point]]:
 
 def crowded_corners(plan: FloorPlan) -> list[Point]:
     """Return the corners in which more than two walls up to the ceiling meet: which of them enclose is not told."""
-    walls = [(wall.start, wall.end) for wall in plan.wall if wall.height is None]
+    walls = [(wall.start, wall.end) for wall in plan.full_walls]
     return _linked(_snapped(np.array(walls)))[1] if walls else []
 
 

@@ -34,7 +34,7 @@ FLAT = 1e-9
 SAME = 1e-6
 """Points of a line that are nearer to each other [m] are one, and have no direction between them."""
 SMALLEST_SIDE = 0.01
-"""What hangs on a wall is no narrower or lower [m]: a smaller measure was meant in other units."""
+"""Least width and height of what hangs on a wall [m]: a smaller measure was meant in other units."""
 BESIDE = 0.01
 """So far from a wall's face one stands on one side of it [m]."""
 HIGHEST_CEILING = 50.0

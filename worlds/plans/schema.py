@@ -416,6 +416,11 @@ class FloorPlan(_PlanTable):
         openings: tuple[Window | Door, ...] = (*self.window, *self.door)
         return sorted((item for item in openings if item.wall == wall.name), key=lambda item: item.at)
 
+    @property
+    def full_walls(self) -> tuple[Wall, ...]:
+        """The walls that reach up to the ceiling."""
+        return tuple(wall for wall in self.wall if wall.height is None)
+
     def wall_height(self, wall: Wall) -> float:
         """Return how high a wall is [m]."""
         return self.roof.height if wall.height is None else wall.height
