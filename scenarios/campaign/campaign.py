@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from threading import Thread
-from typing import Any
+from typing import Any, TypeGuard
 
 from refseq.errors import RefseqError
 from refseq_bench.scenarios.campaign.case_types import judged
@@ -210,7 +210,7 @@ class _Campaign:
             self._watcher.noted("there is no worker; the campaign waits for one" if deserted else "there are workers")
 
     def _hand_out(self, task: Task) -> None:
-        if self._fresh and isinstance(task, Question):
+        if self._is_fresh(task):
             for key in {task.key, *task.maps} - self._discarded:  # a map that others share is learnt once
                 self._store.discard(key)
                 self._discarded.add(key)
@@ -218,9 +218,12 @@ class _Campaign:
         self._watcher.started(task)
         self._running[self._executor.submit(task)] = task
 
+    def _is_fresh(self, task: Task) -> TypeGuard[Question]:
+        return self._fresh and isinstance(task, Question)
+
     def _kept(self, task: Task) -> bool:
         """Return true where the task's file is whole in the store; note one that is cut off."""
-        if self._fresh and isinstance(task, Question):
+        if self._is_fresh(task):
             return False
         if self._store.has(task.key, task.ending):
             return True

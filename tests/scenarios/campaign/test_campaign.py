@@ -152,7 +152,7 @@ def test_what_is_kept_is_not_done_again_and_fresh_asks_anew(tmp_path: Path, monk
 
 @dataclass(frozen=True)
 class Answer(Chore):
-    """What counts as a question; ``learnt`` are the maps that it did not find."""
+    """A task that counts as a question; ``learnt`` are the maps that it did not find."""
 
     maps: tuple[str, ...] = ()
     learnt: list[str] = field(default_factory=list, compare=False)
