@@ -57,7 +57,7 @@ def facing(scan: Scan) -> Scan:
     """The scan with its middle ahead, within half a turn: all that looks for walls and doors takes it for that.
 
     A scanner that sees all around may begin anywhere; its scan then begins behind the robot. Beams stay in their order.
-    Where the last one looks where the first does, it is again so, behind: what it told of where they met is left out.
+    Where the last one looks where the first does, so does the new last one: one direction's second range is left out.
     """
     count = len(scan.ranges)
     once = round(2 * math.pi / scan.step)

@@ -37,9 +37,8 @@ class LogRatioSettings:
     words of a laser tell the corridor rather than the place. ``geometry`` is the same of a view's keys of SIFT, which a
     map that is learnt with both holds for each place: each takes 0.3 ms a camera. ``turns`` is how much of the way
     behind the robot the chain compares with the ways to the places (``refseq.inference.chain.turns_behind``) [m]; 0:
-    none.
-    ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they brought
-    there (``refseq.map.tracking.usual``): a view that brings less speaks against a place; 0: none.
+    none. ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they
+    brought there (``refseq.map.tracking.usual``): a view that brings less speaks against a place; 0: none.
     """
 
     blind: float = 0.2
@@ -215,8 +214,10 @@ def with_more(log_ratios: NDArray[np.float64], more: NDArray[np.float64], blind:
 
     The more that speaks against a place, the nearer its ratio comes to what a blind view tells; one below stays there.
     """
+    if not blind:
+        return log_ratios + more
     seeing = np.exp(log_ratios) - blind
-    told = np.log(blind + np.maximum(seeing, 0.0) * np.exp(more)) if blind else log_ratios + more
+    told = np.log(blind + np.maximum(seeing, 0.0) * np.exp(more))
     mixed: NDArray[np.float64] = np.where(seeing > 0, told, log_ratios)
     return mixed
 
