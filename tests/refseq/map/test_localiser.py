@@ -373,20 +373,22 @@ def test_p_lost_rises_in_views_from_elsewhere_and_falls_on_the_path(seed: int) -
 def test_a_sensor_that_misleads_at_random_spoils_little() -> None:
     """Its places are found by the sensor that is right, at hardly a cost: the reference knows that the other repeats.
 
-    Only where it misleads at random: one that is wrong in the same way all along is believed.
+    Only where it misleads at random: one that is wrong in the same way all along is believed. What is usual on the
+    drive, which is learnt of the misled views too, is not asked: it costs one view more.
     """
+    profile = profile_named("best+log_ratio.usual=0")
     right = {"both": 0, "good": 0, "bad": 0}
     for seed in range(4):
         views, query = noisy_drives(seed, features=200)
         repeats, misleading = repeating_drives(seed)
-        map_ = bits_map(bits_drive({"good": images(views), "bad": repeats}), BEST)
+        map_ = bits_map(bits_drive({"good": images(views), "bad": repeats}), profile)
         drive = bits_drive({"good": images(query), "bad": misleading})
         for name, sensors in (("both", None), ("good", ["good"]), ("bad", ["bad"])):
             beliefs = localise(map_, drive, sensors=sensors, stages=[Stage.CHAIN])[Stage.CHAIN]
             right[name] += sum(abs(belief.best - k) <= 1 for k, belief in enumerate(beliefs))
     assert right["bad"] < 0.3 * 160
     assert right["good"] > 0.95 * 160
-    assert right["both"] >= right["good"] - 9, "8, and one more where what is usual on the drive is asked"
+    assert right["both"] >= right["good"] - 8
 
 
 @pytest.mark.parametrize("places", [1, 2, 4])
