@@ -141,6 +141,6 @@ class Laser:
 
 
 def in_arc(beams: NDArray[np.float64], low: float, width: float) -> NDArray[np.bool_]:
-    """Mask of the bearings of ``beams`` (n,) from ``low`` counter-clockwise over ``width``, edges too [rad]; 2π is all."""
+    """Mask of bearings of ``beams`` (n,) from ``low`` counter-clockwise over ``width``, edges too [rad]; 2π is all."""
     inside: NDArray[np.bool_] = (beams - low + ON_EDGE) % (2 * np.pi) <= width + 2 * ON_EDGE
     return inside
