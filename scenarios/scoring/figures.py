@@ -133,7 +133,7 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         "auc": _finite(curve.auc) if curve else None,
         "recall_at_precision_100_percent": _finite(100 * curve.recall_at(1.0)) if curve else None,
         "recall_at_precision_99_percent": _finite(100 * curve.recall_at(0.99)) if curve else None,
-        "ece": _finite(wide.top_reliability.error),
+        "ece": _finite(wide.mass_reliability.error),
         "lost_ece": _finite(wide.lost_reliability.error),
         "lost_auroc": _finite(wide.auroc),
         "lost_fpr_at_95_tpr": _finite(wide.false_alarms),

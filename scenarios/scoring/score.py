@@ -48,14 +48,14 @@ class Score:
     ``errors`` [m] is the signed distance along the reference path from the true position to the answer, ``nan`` where
     no answer was due or given (lost, off the map, without truth). ``false_fixes`` [m] is how far from the true position
     the answer of a false fix lies, ``nan`` elsewhere. ``ranks`` is where the first right place stands among all places,
-    the most probable being 1, lost or not, and infinite where no place is right; ``top_nearest`` says whether the top
-    place is the very place nearest to the truth. ``places_off`` is by how many places an answer on the map is ahead of
-    that one, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs. ``posterior_bits`` is the
-    information about the place that each posterior claims, ``proven_bits`` what the true place leaves of that, ``nan``
-    off the map. ``last_sure`` [m] is how far the place at which a localiser that says lost off the map was last sure
-    lies from where it was on the map at last, ``nan`` elsewhere and where it does not tell. ``first_fixes`` [m] holds
-    for each run the distance travelled to its first right answer, ``None`` where there was none; ``recovery`` the
-    distances of all runs.
+    the most probable being 1, lost or not, and infinite where no place is right; ``mass`` is the probability of all
+    places within the tolerance of the top one. ``places_off`` is by how many places an answer on the map is ahead of
+    the one nearest to the truth, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs.
+    ``posterior_bits`` is the information about the place that each posterior claims, ``proven_bits`` what the true
+    place leaves of that, ``nan`` off the map. ``last_sure`` [m] is how far the place at which a localiser that says
+    lost off the map was last sure lies from where it was on the map at last, ``nan`` elsewhere and where it does not
+    tell. ``first_fixes`` [m] holds for each run the distance travelled to its first right answer, ``None`` where there
+    was none; ``recovery`` the distances of all runs.
 
     Where several drives were learnt, these distances and numbers of places are along the one that the answer is on. If
     that does not come by, the error is the straight distance, and the number of places infinite.
@@ -68,7 +68,7 @@ class Score:
     lost: NDArray[np.float64]
     top: NDArray[np.float64]
     ranks: NDArray[np.float64]
-    top_nearest: NDArray[np.bool_]
+    mass: NDArray[np.float64]
     places_off: NDArray[np.float64]
     entropies: NDArray[np.float64]
     posterior_bits: NDArray[np.float64]
@@ -170,13 +170,12 @@ class Score:
         return false_positive_rate(self.lost[self.off_map], self.lost[self.on_map], 0.95)
 
     @property
-    def top_reliability(self) -> Reliability:
-        """The top place's probability over the views on the map, and how often it came true.
+    def mass_reliability(self) -> Reliability:
+        """The probability around the top place over the views on the map, and how often that place was right.
 
-        The event that the probability should match is that the top place is the one nearest to the truth: a place a
-        step farther on may be within the tolerance, but it is another place with a probability of its own.
+        The top place's own is no match for the event: its neighbours within the tolerance share what is believed of it.
         """
-        return reliability(self.top[self.on_map], self.top_nearest[self.on_map])
+        return reliability(self.mass[self.on_map], (self.ranks == 1)[self.on_map])
 
     @property
     def lost_reliability(self) -> Reliability:
@@ -205,11 +204,11 @@ class _Row(NamedTuple):
     lost: float
     top: float
     ranks: float
-    top_nearest: bool
     places_off: float
     entropies: float
     posterior_bits: float
     proven_bits: float
+    mass: float = math.nan
     last_sure: float = math.nan
 
 
@@ -228,7 +227,8 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
         outcomes.append(outcome)
         left = truth if outcome in ON_MAP else left
         row = _row(path, truth, belief, near, rank, outcome, held_by)
-        rows.append(row._replace(last_sure=_last_sure(path, left, belief, outcome)))
+        mass, last_sure = _mass(path, belief, tolerance), _last_sure(path, left, belief, outcome)
+        rows.append(row._replace(mass=mass, last_sure=last_sure))
     scored = any(outcome is not Outcome.UNSCORED for outcome in outcomes)
     return Score(
         tolerance=tolerance,
@@ -269,12 +269,18 @@ def _row(
         lost=belief.lost,
         top=belief.places[belief.best],
         ranks=rank,
-        top_nearest=nearest is not None and held_by[nearest] == belief.best,
         places_off=places_off,
         entropies=belief.entropy,
         posterior_bits=posterior_information([belief.places]).bits,
         proven_bits=proven,
     )
+
+
+def _mass(path: ReferencePath, belief: Belief, tolerance: Tolerance) -> float:
+    """Probability of the places within the tolerance of the top one, itself among them."""
+    around = path.within(path.pose(belief.best), tolerance)
+    around[belief.best] = True
+    return min(float(belief.places[around].sum()), 1.0)
 
 
 def _last_sure(path: ReferencePath, left: Pose | None, belief: Belief, outcome: Outcome) -> float:

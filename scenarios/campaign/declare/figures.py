@@ -118,7 +118,9 @@ FIGURES: Mapping[str, Figure["Figures"]] = MappingProxyType(
         "lost_auroc": _plain(lambda f: f.wide.auroc, "area under the ROC curve of P(lost)"),
         "lost_fpr": _share(lambda f: _or_nan(f.wide.false_alarms), "false alarms to catch 95 % of what is off the map"),
         "lost_ece": _plain(lambda f: f.wide.lost_reliability.error, "calibration error of P(lost)"),
-        "ece": _plain(lambda f: f.wide.top_reliability.error, "calibration error of the top place's probability"),
+        "ece": _plain(
+            lambda f: f.wide.mass_reliability.error, "calibration error of the probability around the top place"
+        ),
         "entropy_auroc": _plain(lambda f: f.wide.entropy_auroc, "chance that a wrong belief has more entropy"),
         "error_median": _metres(lambda f: f.wide.error_quantile(0.5), "error along the path, median"),
         "error_p95": _metres(lambda f: f.wide.error_quantile(0.95), "error along the path, 95th percentile"),

@@ -22,13 +22,13 @@ from refseq_bench.scenarios.scoring.score import Score
 
 @page_style
 def reliability(scores: Mapping[str, Score]) -> Plot:
-    """Observed frequency over stated probability, of the top place and of being lost."""
+    """Observed frequency over stated probability, around the top place and of being lost."""
     styles = method_styles(scores)
     # P(lost) can be judged only by drives that leave the map.
     leaves = any(score.off_map.any() for score in scores.values())
     figure = new_figure(4.9)
     panels = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1), squeeze=False)
-    for column, title in enumerate(("top place: is it the nearest one?", "P(lost): is it off the map?")):
+    for column, title in enumerate(("around the top place: is it right?", "P(lost): is it off the map?")):
         shares, counts = panels[:, column]
         if column == 1 and not leaves:
             shares.set_visible(False)
@@ -36,7 +36,7 @@ def reliability(scores: Mapping[str, Score]) -> Plot:
             continue
         shares.plot([0, 1], [0, 1], color=INK, linewidth=0.7, alpha=0.6)
         for method, score in scores.items():
-            found = score.lost_reliability if column else score.top_reliability
+            found = score.lost_reliability if column else score.mass_reliability
             _draw_reliability(shares, counts, found, styles[method], None if column else method_label(method))
         shares.set(title=title, ylabel="share that came true", xlim=(-0.02, 1.02), ylim=(-0.03, 1.03))
         counts.set(xlabel="probability", ylabel="views", ylim=(0, None))

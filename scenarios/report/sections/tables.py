@@ -124,7 +124,7 @@ def further_row(one: Figures) -> PageRow:
             " / ".join(f"{100 * share.value:.0f}" for share in shares) + " %" if shares[0].trials else NONE
             for shares in (recalls, near)
         ),
-        number(pooled.top_reliability.error),
+        number(pooled.mass_reliability.error),
         number(pooled.entropy_auroc),
     )
     return PageRow(method_label(one.method), cells)

@@ -46,7 +46,7 @@ def _cells(one: Figures) -> list[str]:
         number(curve.auc if curve else None),
         "/".join(f"{100 * recall.value:.0f}" for recall in recalls) if recalls[0].trials else NONE,
         "/".join(f"{100 * curve.recall_at(precision):.0f}" for precision in (1.0, 0.99)) if curve else NONE,
-        number(wide.top_reliability.error),
+        number(wide.mass_reliability.error),
         number(wide.auroc),
         number(wide.false_alarms),
         "/".join(_metres(wide.error_quantile(share)) for share in (0.5, 0.95)) if wide.scored else NONE,

@@ -137,19 +137,6 @@ def test_what_is_off_all_drives_is_off_the_map() -> None:
     assert result.false_fixes[1] == 0.0
 
 
-def test_the_nearest_place_of_a_merged_atlas_is_where_the_nearest_view_was_put() -> None:
-    beliefs = {name: known(3, 24, 4, 2) for name in ("apart", "whole", "shifted")}
-    shifted = {21 + k: k + 1 for k in range(11)}
-    mergings = {"apart": merging(), "whole": merging(RIGHTLY), "shifted": merging(shifted)}
-    comparison = compared(views(*[(3.1, 0.0, 0.0)] * 4), beliefs, mergings)
-    top = {name: score(comparison, name).top_nearest.tolist() for name in beliefs}
-    assert top == {
-        "apart": [True, True, False, False],
-        "whole": [True, False, False, False],  # nobody can have answered 24, which holds nothing any more
-        "shifted": [True, False, False, False],
-    }
-
-
 # --- one drive is scored as it always was ---
 
 
@@ -174,22 +161,12 @@ def test_one_drive_is_scored_as_if_there_had_never_been_several(tolerance: objec
         for t, (view, belief) in enumerate(zip(comparison.query_views, beliefs, strict=True)):
             assert view.truth is not None
             nearest = path.nearest(view.truth)
-            assert result.top_nearest[t] == (belief.best == nearest)
             if result.outcomes[t] in (Outcome.RIGHT, Outcome.WRONG):
                 assert nearest is not None
                 assert result.errors[t] == path.along[belief.best] - path.project(view.truth)
                 assert result.places_off[t] == belief.best - nearest
                 wrong += result.outcomes[t] is Outcome.WRONG
         assert wrong, "nothing would tell an answer astray"
-
-
-def test_on_one_drive_the_nearest_place_is_known_off_the_map_too() -> None:
-    off = views((3.0, 9.0, 0.0))
-    one = Comparison("one", AHEAD, {}, off, {}, {"m": [certain(21, 3)]})
-    for comparison in (one, replace(one, drives=Drives(("only",), (21,)))):
-        found = score(comparison, "m")
-        assert found.outcomes == (Outcome.FALSE_FIX,)
-        assert found.top_nearest.tolist() == [True]
 
 
 def test_on_one_drive_nobody_is_astray_however_far_off() -> None:

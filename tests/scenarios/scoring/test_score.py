@@ -12,7 +12,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.comparison import Comparison
-from refseq_bench.scenarios.scoring.metrics import auroc, false_positive_rate, retrieval
+from refseq_bench.scenarios.scoring.metrics import auroc, false_positive_rate, reliability, retrieval
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, path_of
 from refseq_bench.scenarios.scoring.proportion import Proportion
@@ -255,11 +255,41 @@ def test_reliability_of_lost_asks_for_views_off_the_map() -> None:
     assert result.lost_reliability.error == pytest.approx((0.1 + 0.6 + 0.3) / 3)
 
 
-def test_reliability_of_the_top_place_asks_for_the_nearest_one() -> None:
-    result = judged(at(5.0), at(4.0), at(5.0, 9.0), beliefs=[certain(PLACES, 5)] * 3)
-    assert result.outcomes[1] is Outcome.RIGHT
-    assert result.top_reliability.count.tolist() == [0] * 9 + [2]
-    assert result.top_reliability.error == pytest.approx(0.5)
+def believed(**probabilities: float) -> Belief:
+    """A belief by places: ``k5=0.4`` gives the sixth a probability of 0.4."""
+    places = np.zeros(PLACES)
+    for name, probability in probabilities.items():
+        places[int(name[1:])] = probability
+    return replace(certain(PLACES, int(places.argmax())), places=places)
+
+
+def test_what_is_believed_around_the_top_place_is_held_against_its_being_right() -> None:
+    unsure = believed(k4=0.1, k5=0.45, k6=0.2, k9=0.25)
+    views = [at(4.0), at(9.0), at(5.0, 9.0)]
+    wide = judged(*views, beliefs=[unsure] * 3)
+    assert wide.outcomes[:2] == (Outcome.RIGHT, Outcome.WRONG)
+    assert wide.mass == pytest.approx([0.75] * 3)
+    assert wide.mass_reliability.count.tolist() == [*[0] * 7, 2, 0, 0], "a view off the map says nothing of it"
+    assert wide.mass_reliability.error == pytest.approx(0.25)
+    assert judged(*views, beliefs=[unsure] * 3, tolerance=NARROW).mass == pytest.approx([0.45] * 3)
+
+
+def test_a_top_place_without_a_pose_is_believed_for_itself() -> None:
+    reference = [at(0.0), View(0.0), at(2.0)]
+    belief = replace(certain(3, 1), places=np.array([0.3, 0.4, 0.3]))
+    found = score(Comparison("test", reference, {}, [at(0.0)], {}, {Stage.CHAIN: [belief]}), Stage.CHAIN)
+    assert found.mass == pytest.approx([0.4])
+    assert found.outcomes == (Outcome.WRONG,)
+
+
+def test_beliefs_that_come_true_as_often_as_they_say_have_no_calibration_error() -> None:
+    """The truth is drawn from each belief: the top place alone is then right far more often than it was likely."""
+    rng = np.random.default_rng(0)
+    places = rng.dirichlet(np.full(PLACES, 0.5), size=3000)
+    beliefs = [replace(certain(PLACES, int(one.argmax())), places=one) for one in places]
+    found = judged(*(at(float(rng.choice(PLACES, p=one))) for one in places), beliefs=beliefs)
+    assert found.mass_reliability.error < 0.02
+    assert reliability(found.top, found.ranks == 1).error > 0.1
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.booleans()), min_size=1, max_size=20), st.integers(0, 5))
@@ -313,7 +343,7 @@ def test_pooled_runs_add_up() -> None:
     )
     assert len(whole.first_fixes) == 5
     assert whole.recall(5).successes == sum(run.recall(5).successes for run in runs)
-    assert whole.top_reliability.count.tolist() == sum(run.top_reliability.count for run in runs).tolist()
+    assert whole.mass_reliability.count.tolist() == sum(run.mass_reliability.count for run in runs).tolist()
 
 
 def test_pooled_runs_keep_each_view_s_own() -> None:
