@@ -8,14 +8,20 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from refseq.features import SiftWords
+from refseq.features.memory import described_once
+from refseq.features.sift import SiftSettings
+from refseq.view import View
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, WorkerPool
 from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.descriptions import KeptDescriptions
 from tests.scenarios.campaign.chores import Chore
 
 pytestmark = pytest.mark.benchmark
@@ -80,3 +86,21 @@ def test_two_workers_gain_and_what_is_kept_costs_next_to_nothing(tmp_path: Path)
         assert kept[0].digests == results[0].digests
     print(f"two workers: {took[1] / took[2]:.2f} times faster")
     assert took[2] < took[1] / 1.3
+
+
+def test_descriptions_that_are_kept_cost_a_tenth_of_finding_them(tmp_path: Path) -> None:
+    """By workers one after the other, of pictures as busy as those of a wall of posters."""
+    rng = np.random.default_rng(0)
+    blocks = rng.integers(0, 256, (20, 48, 64), np.uint8)
+    views = [View(0.0, {"a": np.kron(one, np.ones((10, 10), np.uint8))}) for one in blocks]
+    took = []
+    for _ in ("found", "kept"):
+        memory, words = KeptDescriptions(), SiftWords("a", SiftSettings())
+        begin = time.perf_counter()
+        memory.keep_in(tmp_path)
+        with described_once(memory):
+            for view in views:
+                words.describe(view)
+        took.append(time.perf_counter() - begin)
+    print(f"found: {1e3 * took[0] / len(views):.1f} ms a picture, kept: {1e3 * took[1] / len(views):.1f} ms")
+    assert took[1] < took[0] / 10

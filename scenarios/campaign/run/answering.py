@@ -4,15 +4,16 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from refseq.features.memory import DescriptionMemory, clock, described_once
+from refseq.features.memory import clock, described_once
 from refseq.view import View
 from refseq_bench.scenarios.campaign.run.learning import LEARNING
 from refseq_bench.scenarios.campaign.store.answers import KeptAnswers
+from refseq_bench.scenarios.campaign.store.descriptions import KeptDescriptions
 from refseq_bench.scenarios.methods.by_name import Learnt
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 
-MEMORY = DescriptionMemory()
+MEMORY = KeptDescriptions()
 """A worker's own: the next task often asks other methods about the same views."""
 
 

@@ -23,7 +23,7 @@ from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdic
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
 from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
 from refseq_bench.scenarios.campaign.run import learning
-from refseq_bench.scenarios.campaign.run.answering import AnswerRequest, answered
+from refseq_bench.scenarios.campaign.run.answering import MEMORY, AnswerRequest, answered
 from refseq_bench.scenarios.campaign.run.answering_code import READER, answering_code
 from refseq_bench.scenarios.campaign.run.learning import kept_maps, selected
 from refseq_bench.scenarios.campaign.store import keys
@@ -257,6 +257,7 @@ class AnswerTask(Question):
         given = query.views
         if self.signal_faults:
             given = tuple(with_signal_faults(given, self.signal_faults, self.seed))
+        MEMORY.keep_in(store.folder)
         kept = answered(AnswerRequest(self.methods, self.seed, self.merge), references, given)
         store.make(self.key, self.ending, lambda path: write_answers(path, query, kept))
 

@@ -25,7 +25,7 @@ from refseq_bench.scenarios.campaign.run.remote_payload import (
 )
 from refseq_bench.scenarios.campaign.run.tasks import RecordTask, distinct, perform
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, WorkerPool
-from refseq_bench.scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
+from refseq_bench.scenarios.campaign.store.cache import ANSWERS, DESCRIPTIONS, MAP, RECORDING, Store
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign.chores import Dying, Hanging, scenario_in
 
@@ -66,7 +66,7 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
             (elsewhere.folder / name).write_bytes(content)
     again = [piece.path.suffix for piece in remote_task_for(tasks[-1], elsewhere).pieces]
     assert sorted(again) == [RECORDING, RECORDING, MAP]  # what was learnt before goes with who asks again
-    names = {path.name for path in local.folder.iterdir()}
+    names = {path.name for path in local.folder.iterdir()} - {DESCRIPTIONS}
     assert {path.name for path in elsewhere.folder.iterdir()} == names
     for name in names:
         if name.endswith(RECORDING):
