@@ -51,6 +51,10 @@ class DenseDescriptors:
     across: NDArray[np.float32]
 
 
+NOTHING = DenseDescriptors(np.zeros((0, SIFT_SIZE), np.float32), np.zeros(0, np.float32))
+"""Those of a blank image, and of one that is missing."""
+
+
 class DenseSift:
     """Takes RootSIFT on a grid."""
 
@@ -76,7 +80,7 @@ class DenseSift:
             if deviation[y, x] >= settings.contrast
         ]
         if not grid:
-            return DenseDescriptors(np.zeros((0, SIFT_SIZE), np.float32), np.zeros(0, np.float32))
+            return NOTHING
         # An angle is given, for without one the descriptor would be turned to no direction in particular.
         keys = [cv2.KeyPoint(float(x), float(y), settings.patch / PATCH_OF_KEY, 0.0) for x, y in grid]
         kept, sift = self._sift.compute(small, keys)
@@ -131,6 +135,21 @@ def vlad(points: NDArray[np.float32], centres: NDArray[np.float32]) -> NDArray[n
     return vector / max(float(np.linalg.norm(vector)), 1e-12)
 
 
+def tiled_vlad(found: DenseDescriptors, centres: NDArray[np.float32], tiles: int) -> NDArray[np.float32]:
+    """Vectors of so many tiles of an image, one behind the other, of length 1 where each shows something."""
+    tile = np.minimum((found.across * tiles).astype(int), tiles - 1)
+    parts = [vlad(found.values[tile == number], centres) for number in range(tiles)]
+    return np.concatenate(parts) / np.float32(np.sqrt(tiles))
+
+
+@dataclass(frozen=True, slots=True)
+class CameraVectors:
+    """A camera's codebook, (C, D), and the vectors of all places by it, (K, tiles · C · D)."""
+
+    codebook: NDArray[np.float32]
+    places: NDArray[np.float32]
+
+
 @dataclass(frozen=True, slots=True)
 class Likeness:
     """Cosines between a view and each place, (K,) in [−1, 1], and the time spent on features and on comparing [s].
@@ -146,13 +165,9 @@ class Likeness:
 class VladMap:
     """The places of a reference drive, each as one vector a camera."""
 
-    def __init__(
-        self, codebooks: Mapping[str, NDArray[np.float32]], places: Sequence[View], settings: VladSettings
-    ) -> None:
-        self._codebooks = codebooks
-        self._settings = settings
+    def __init__(self, cameras: Mapping[str, CameraVectors], settings: VladSettings) -> None:
+        self._cameras, self._settings = cameras, settings
         self._sift = DenseSift(settings)
-        self._vectors = {camera: np.stack([self._vector(camera, view) for view in places]) for camera in codebooks}
         self._last: tuple[View, Likeness] | None = None
 
     @classmethod
@@ -163,18 +178,21 @@ class VladMap:
         """
         settings = settings or VladSettings()
         sift = DenseSift(settings)
-        codebooks = {}
+        cameras = {}
         for camera in sorted({camera for view in views for camera in view.images}):
-            points = np.concatenate([sift(view.images[camera]).values for view in views if camera in view.images])
+            found = [sift(view.images[camera]) if camera in view.images else NOTHING for view in views]
+            points = np.concatenate([one.values for one in found])
             if len(points):
                 sample = rng.choice(len(points), min(settings.sample, len(points)), replace=False)
-                codebooks[camera] = k_means(points[sample], settings.words, settings.rounds, rng)
-        if not codebooks:
+                codebook = k_means(points[sample], settings.words, settings.rounds, rng)
+                places = np.stack([tiled_vlad(one, codebook, settings.tiles) for one in found])
+                cameras[camera] = CameraVectors(codebook, places)
+        if not cameras:
             raise MapError(f"{len(views)} views show nothing to describe; valid is a drive with images")
-        return cls(codebooks, views, settings)
+        return cls(cameras, settings)
 
     def __len__(self) -> int:
-        return len(next(iter(self._vectors.values())))
+        return len(next(iter(self._cameras.values())).places)
 
     def compare(self, view: View) -> Likeness:
         """Cosine between a view and each place, the mean over the cameras that the view has.
@@ -187,22 +205,16 @@ class VladMap:
 
     def _compare(self, view: View) -> Likeness:
         start = time.perf_counter()
-        vectors = {camera: self._vector(camera, view) for camera in self._codebooks if camera in view.images}
+        vectors = {
+            camera: tiled_vlad(self._sift(view.images[camera]), learnt.codebook, self._settings.tiles)
+            for camera, learnt in self._cameras.items()
+            if camera in view.images
+        }
         middle = time.perf_counter()
         values = None
         if vectors:
-            values = np.mean([self._vectors[camera] @ vector for camera, vector in vectors.items()], axis=0)
+            values = np.mean([self._cameras[camera].places @ vector for camera, vector in vectors.items()], axis=0)
         return Likeness(values, middle - start, time.perf_counter() - middle)
-
-    def _vector(self, camera: str, view: View) -> NDArray[np.float32]:
-        """One camera's vector, zero where the view lacks it or shows nothing."""
-        centres, tiles = self._codebooks[camera], self._settings.tiles
-        if camera not in view.images:
-            return np.zeros(tiles * centres.size, np.float32)
-        found = self._sift(view.images[camera])
-        tile = np.minimum((found.across * tiles).astype(int), tiles - 1)
-        parts = [vlad(found.values[tile == number], centres) for number in range(tiles)]
-        return np.concatenate(parts) / np.float32(np.sqrt(tiles))
 
 
 CODEBOOK_SEED = 1
