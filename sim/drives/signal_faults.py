@@ -81,8 +81,10 @@ class SignalFault:
                 raise SimError(f"fault {self.kind}: {name} is missing; valid is the name of a camera")
 
     @property
-    def cameras(self) -> tuple[str, ...]:
-        """The cameras that it is about."""
+    def sensors(self) -> tuple[str, ...]:
+        """The cameras that it is about, or the laser; none where it is about odometry or the clock."""
+        if self.kind.startswith(LASER):
+            return (LASER,)
         return tuple(getattr(self, name) for name in CAMERAS_OF.get(self.kind, ()))
 
 
@@ -90,7 +92,7 @@ def with_signal_faults(views: Iterable[View], faults: Sequence[SignalFault], see
     """The views of a drive with several faults, each made of what those before it have left.
 
     All begin and end by the way that the views told before any fault. Raises ``SimError`` for a sensor that a view
-    lacks.
+    lacks, and at the end for a fault that no view had.
     """
     failing = [_Failing(fault, np.random.default_rng(seed + number)) for number, fault in enumerate(faults)]
     way = 0.0
@@ -100,6 +102,12 @@ def with_signal_faults(views: Iterable[View], faults: Sequence[SignalFault], see
         for one in failing:
             told = one.passed(told, way)
         yield told
+    for fault, one in zip(faults, failing, strict=True):
+        if not one.occurred:
+            raise SimError(
+                f"fault {fault.kind}: no view was taken from {fault.at:g} to {fault.until:g} m; valid is a stretch of "
+                f"the {way:.1f} m driven that holds some"
+            )
 
 
 def with_signal_fault(views: Iterable[View], fault: SignalFault, seed: int = 0) -> Iterator[View]:
@@ -108,15 +116,17 @@ def with_signal_fault(views: Iterable[View], fault: SignalFault, seed: int = 0) 
 
 
 class _Failing:
-    """A fault on the views of one drive, as they come."""
+    """A fault on the views of one drive, as they come; ``occurred`` once a view has had it."""
 
     def __init__(self, fault: SignalFault, rng: np.random.Generator) -> None:
         self._fault, self._rng = fault, rng
+        self.occurred = False
         self._last: View | None = None
 
     def passed(self, view: View, way: float) -> View:
         """Return the view that was taken ``way`` [m] from the start as it is told, ill or well."""
         if self._fault.at <= way < self._fault.until:
+            self.occurred = True
             self._last = view if self._last is None else self._last
             return _faulty(view, self._last, self._fault, self._rng)
         self._last = view

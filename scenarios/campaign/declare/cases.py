@@ -291,5 +291,5 @@ def _check(case: Case, checked: set[str]) -> None:
     query = case.source("query", scenario.seeds[0])
     if isinstance(scenario, Scenario) and isinstance(query, Drive):
         with named("localise.signal_faults"):
-            check_signal_faults(query, scenario.localise.signal_faults)
+            check_signal_faults(query, scenario.localise.signal_faults, scenario.localise.sensors)
     schema_type.check(scenario, case.file, case.sources(scenario.seeds[0])[:-1])

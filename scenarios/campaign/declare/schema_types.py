@@ -5,6 +5,7 @@ What is done with a case of each kind: ``refseq_bench.scenarios.campaign.case_ty
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -18,6 +19,7 @@ from refseq_bench.scenarios.campaign.declare.schema import Declared, MissionScen
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import check_methods, is_hindsight
+from refseq_bench.sim.drives.signal_faults import SignalFault
 from refseq_bench.sim.missions.mission import EVERY
 
 
@@ -75,10 +77,13 @@ class LocalisingSchema(SchemaType):
         check_methods(names)
 
     def summary_lines(self, scenario: Scenario) -> list[str]:
-        """The tolerances."""
+        """The faults of signals, and the tolerances."""
         terms = scenario.score
         tolerance = f"within {terms.within:g} m and {terms.heading:g} degrees"
-        return [f"  right: {tolerance}; told beside it: {terms.narrow:g} m"]
+        return [
+            *(f"  fault of signals: {_in_words(fault)}" for fault in scenario.localise.signal_faults),
+            f"  right: {tolerance}; told beside it: {terms.narrow:g} m",
+        ]
 
     def check(self, scenario: Scenario, file: Path, references: Sequence[Source]) -> None:
         """Refuse what is not done with several references."""
@@ -124,6 +129,12 @@ class MissionSchema(SchemaType):
     def check(self, scenario: MissionScenario, file: Path, references: Sequence[Source]) -> None:
         """Refuse what cannot be a mission."""
         check_mission(scenario, file, references)
+
+
+def _in_words(fault: SignalFault) -> str:
+    """A fault's kind, and all of it that is not as it is by default."""
+    told = ((field, getattr(fault, field.name)) for field in fields(fault) if field.name != "kind")
+    return ", ".join([fault.kind, *(f"{field.name} {value}" for field, value in told if value != field.default)])
 
 
 LOCALISING, MISSIONS = LocalisingSchema(), MissionSchema()

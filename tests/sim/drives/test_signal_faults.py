@@ -32,6 +32,21 @@ def test_faults_begin_and_end_by_the_way_that_was_told_before_any(kind, odometry
     assert [(view.distance, view.turn) for view in views] == [(view.distance, view.turn) for view in plain]
 
 
+@pytest.mark.parametrize(("at", "until"), [(1000.0, math.inf), (4.1 * STEP, 4.9 * STEP)])
+def test_a_fault_that_no_view_had_is_told(at, until):
+    faults = [SignalFault(SignalFaultKind.ODOMETRY_LOST), SignalFault(SignalFaultKind.LASER_BLIND, at, until)]
+    with pytest.raises(SimError, match=f"laser-blind: no view was taken from {at:g} to {until:g} m; valid is"):
+        list(with_signal_faults(VIEWS, faults))
+
+
+@pytest.mark.parametrize("kind", SignalFaultKind)
+def test_the_sensors_that_a_fault_is_about_are_those_that_it_touches(kind):
+    fault = SignalFault(kind, AT, UNTIL, camera="camera-1", other="camera-2")
+    view, well = faulty(kind, camera="camera-1", other="camera-2")[5], VIEWS[5]
+    touched = [camera for camera in view.images if view.images[camera] is not well.images[camera]]
+    assert list(fault.sensors) == touched + (["laser"] if view.scan is not well.scan else [])
+
+
 def test_a_black_camera_is_dark_and_the_other_is_not():
     for k in ILL:
         view = faulty(SignalFaultKind.CAMERA_BLANK, camera="camera-1")[k]

@@ -80,6 +80,23 @@ BAD = {
         with_signal('kind = "cameras-exchanged", camera = "forward", other = "behind"'),
         "localise.signal_faults: ",
     ),
+    "a signal's fault beyond the end": (
+        with_signal('kind = "laser-blind", at = 500.0'),
+        "localise.signal_faults: fault laser-blind: at = 500 m is beyond the end of what is driven; valid is 0 to ",
+    ),
+    "a signal's fault of a sensor that is not looked at": (
+        with_signal('kind = "camera-blank", camera = "camera-1"').replace('"none"', '"classic"')
+        + 'sensors = ["laser", "camera-2"]\n',
+        "localise.signal_faults: fault camera-blank: nothing is taken of 'camera-1' here; valid are laser, camera-2",
+    ),
+    "a signal's fault of a camera where none takes pictures": (
+        with_signal('kind = "camera-blank", camera = "camera-1"'),
+        "localise.signal_faults: fault camera-blank: nothing is taken of 'camera-1' here; valid are laser",
+    ),
+    "a camera that turns black where none takes pictures": (
+        GOOD + 'faults = [{ kind = "camera-black", camera = "camera-1", at = 1.0, until = 2.0 }]\n',
+        "query: fault camera-black: nothing is taken of 'camera-1' here; valid are laser",
+    ),
     "nothing at all": ("", "title: is missing"),
     "TOML syntax": ("title = \n", "is no TOML: Invalid value (at line 1, column 9); valid is a scenario in TOML"),
     "not UTF-8": (b'title = "\xff"', "cannot be read: not UTF-8 text; valid is a scenario in TOML"),
