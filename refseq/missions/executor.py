@@ -135,10 +135,10 @@ class Executor:
         try:
             plan = self.sought.found(self.plan.path, at)
         except MissionError as error:
-            self._fail(f"{self.sought.name} is seen, at {at:.1f} m, but {error}")
+            self._fail(f"{self.sought.name} is seen, at {at:z.1f} m, but {error}")
             return
         if self._seen_at is None:
-            self._tell(f"sees {self.sought.name}, {left:.1f} m ahead")
+            self._tell(f"sees {self.sought.name}, {left:z.1f} m ahead")
         self.plan, self._agenda, self._seen_at = plan, self._agenda.carried_over(plan), at
         if self.status is Status.APPROACHING:
             self._set_out()
@@ -245,7 +245,7 @@ class Executor:
         enough = 1 if first else self.settings.progress.confirm
         if estimate is not Estimate.MOVED and self._progress.agreements < enough:
             return
-        self._tell(f"knows where it is: at {self.along:.1f} m")
+        self._tell(f"knows where it is: at {self.along:z.1f} m")
         if estimate is Estimate.MOVED:
             self._resume_at(self.along)
         elif first and not self._kidnapped:
@@ -300,7 +300,7 @@ class Executor:
         """A view on the way."""
         if estimate is Estimate.MOVED:
             views = f"{self.settings.progress.confirm} views agree that it is elsewhere"
-            self._tell(f"{views}: at {self.along:.1f} m", Level.WARN)
+            self._tell(f"{views}: at {self.along:z.1f} m", Level.WARN)
             self._resume_at(self.along)
         elif self._progress.lost:
             lost = f"lost: {self._progress.doubts} views in a row do not agree; it stands{self._told_last_sure}"
@@ -339,7 +339,7 @@ class Executor:
 
     def _miss(self) -> None:
         went = self._travelled - self._begun_at
-        self._fail(f"{self._agenda.target} not found: {went:.1f} m gone, believed to be {self._left:.1f} m ahead")
+        self._fail(f"{self._agenda.target} not found: {went:.1f} m gone, believed to be {self._left:z.1f} m ahead")
 
     # --- from order to order ---
 

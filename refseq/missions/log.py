@@ -22,4 +22,4 @@ class Entry:
     level: Level = Level.INFO
 
     def __str__(self) -> str:
-        return f"{self.time:7.1f} s {self.along:7.1f} m  {self.what}"
+        return f"{self.time:7.1f} s {self.along:z7.1f} m  {self.what}"

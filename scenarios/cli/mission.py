@@ -176,6 +176,7 @@ def run(
 
 * `refseq mission page map.refseq`
 * `refseq mission page maps -o out`
+* `refseq mission page map.refseq --world my.toml`
 * `REFSEQ_TOKEN=3f9ab27c0d1e4856 refseq mission page maps --host 192.168.1.5`
 
 The last one is for a phone in the same network. Ctrl-C ends it.""",
@@ -183,6 +184,7 @@ The last one is for a phone in the same network. Ctrl-C ends it.""",
 @grouped
 def page(
     maps: Annotated[Path, typer.Argument(metavar="MAPS", help="Map (.refseq), or a folder with some.")],
+    world: Annotated[str | None, defaulting(WORLD, "the map's")] = None,
     output: Annotated[Path | None, output("Folder to leave each mission in.", "FOLDER")] = None,
     access: Access = Access(port=8090),
 ) -> None:
@@ -192,7 +194,7 @@ def page(
 
     if output is not None:
         check_folder(output)
-    desk = MissionDesk(MapShelf(maps), output, lambda line: say(out, line))
+    desk = MissionDesk(MapShelf(maps), output, lambda line: say(out, line), world)
     count = desk.serve(access.policy, lambda address: say(out, f"{maps}: open {address}; Ctrl-C ends it"))
     say(out, f"{maps}: {count} missions were asked for")
 

@@ -21,6 +21,7 @@ from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording
 from refseq.viewer.timelines import TIME
 from refseq_bench.robots.individual import CALIBRATED
+from refseq_bench.scenarios.drives.driven_plan import known_by_name
 from refseq_bench.scenarios.drives.record import Drive, open_bench, plan_of
 from refseq_bench.scenarios.drives.viewer_recording import RECORD
 from refseq_bench.scenarios.errors import ScenarioError
@@ -35,8 +36,7 @@ from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.missions.mission import EVERY
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.drawing.outline import outline_of
-from refseq_bench.worlds.errors import PlanError
-from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.load import world_names
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +74,11 @@ class MissionTrip:
         Raises ``ScenarioError``.
         """
         told = map_.sequences[0].metadata
-        for name, given in (("world", world), ("light", light), ("robot", robot)):
+        if world is None:
+            check_world(map_)
+        for name, given in (("light", light), ("robot", robot)):
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
-        if world is None:
-            _check_known(told["world"])
         looks = (map_.sensors != {LASER} and not odometry) or strip is not None or seeks
         kind = renderer or (told.get("renderer", DEFAULT_RENDERER) if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
@@ -98,15 +98,19 @@ class MissionTrip:
         return cls(drive, at, odometry, strip)
 
 
-def _check_known(world: str) -> None:
-    """Raise ``ScenarioError`` where the bench has no world of the name that a map tells."""
-    try:
-        load_plan(world)
-    except PlanError:
-        raise ScenarioError(
-            f"the map was learnt in world {world!r:.60}, which is not the bench's own; valid is to name its plan: "
-            "--world FILE.toml"
-        ) from None
+def check_world(map_: Map, option: str = "--world") -> None:
+    """Raise ``ScenarioError`` where the bench does not have the world of a map's drive; ``option`` is how to say it."""
+    told = map_.sequences[0].metadata
+    if "world" not in told:
+        raise ScenarioError(f"the map does not tell its world; valid is to say it: {option}")
+    if known_by_name(told):
+        return
+    world = told["world"]
+    other = f" ({option} {world} is the bench's, another one)" if world in world_names() else ""
+    raise ScenarioError(
+        f"the map was learnt in world {world!r:.60}, which is not the bench's own; valid is to name its plan: "
+        f"{option} FILE.toml{other}"
+    )
 
 
 @dataclass(frozen=True)

@@ -137,4 +137,4 @@ def findings_table(name: str, found: list[Finding]) -> TextTable:
 def _shown(value: float) -> str:
     """A value to the millimetre, or a tenth of what counts in hundreds; no minus before a zero."""
     digits = 3 if abs(value) < 100 else 1
-    return f"{round(value, digits) + 0.0:.{digits}f}"
+    return f"{value:z.{digits}f}"

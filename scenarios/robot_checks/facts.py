@@ -108,7 +108,7 @@ def _size(sides: Floats) -> str:
 
 def _point(values: Sequence[float] | Floats, digits: int = 3) -> str:
     """Three numbers in brackets; no minus before a zero."""
-    return f"({', '.join(f'{round(float(value), digits) + 0.0:.{digits}f}' for value in values)})"
+    return f"({', '.join(f'{float(value):z.{digits}f}' for value in values)})"
 
 
 def proportions_table(body: Body) -> TextTable | None:

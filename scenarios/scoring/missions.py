@@ -40,7 +40,7 @@ class MissionLogLine:
     what: str
 
     def __str__(self) -> str:
-        place = "" if math.isnan(self.along) else f"{self.along:7.1f} m"
+        place = "" if math.isnan(self.along) else f"{self.along:z7.1f} m"
         return f"{self.time:7.1f} s {place:>9}  {self.what}"
 
 

@@ -20,6 +20,7 @@ from refseq_bench.scenarios.missions.page.request import MissionRequest, Planned
 from refseq_bench.scenarios.missions.page.watch import WISHES, MissionWatch
 from refseq_bench.scenarios.missions.trip import MissionTrip, TripResult, run_trip, write_trip
 from refseq_bench.worlds.light import light_names
+from refseq_bench.worlds.plans.load import load_plan
 
 FILES = ("mission.css", "mission.js")
 POLL = 0.5
@@ -54,11 +55,16 @@ class Job:
 class MissionDesk:
     """Runs missions that a page asks for, each left in a folder of its own in ``output``, None: not left.
 
-    ``said`` hears a line when a mission begins and ends.
+    ``said`` hears a line when a mission begins and ends. ``world`` is that of all missions, None: each map's own.
+    Raises ``PlanError`` for one that is not there.
     """
 
-    def __init__(self, shelf: MapShelf, output: Path | None, said: Callable[[str], object]) -> None:
-        self._shelf, self._output, self._said = shelf, output, said
+    def __init__(
+        self, shelf: MapShelf, output: Path | None, said: Callable[[str], object], world: str | None = None
+    ) -> None:
+        if world is not None:
+            load_plan(world)
+        self._shelf, self._output, self._said, self._world = shelf, output, said, world
         self._lock = threading.Lock()
         self._jobs: queue.Queue[Job] = queue.Queue(1)
         self._state, self._number = DeskState.IDLE, 0
@@ -73,7 +79,7 @@ class MissionDesk:
         routes = (
             *file_routes(__package__ or "", FILES, "mission.html"),
             told("/maps", lambda _: {"maps": self._shelf.listed(), "lights": light_names()}, input_errors),
-            told("/map", lambda query: drawn_map(self._shelf.load(query.get("name"))), input_errors),
+            told("/map", self.map, input_errors),
             told("/state", self.news, input_errors),
             asked("/plan", self.plan, input_errors),
             asked("/steps", lambda told: {"steps": steps_of(str(told.get("text", "")))}, input_errors),
@@ -82,6 +88,10 @@ class MissionDesk:
             shown("/picture", self.picture),
         )
         return ProxiedPage(routes, lambda _: "/page")
+
+    def map(self, query: Mapping[str, str]) -> dict[str, Any]:
+        """A map to draw, by its name."""
+        return drawn_map(self._shelf.load(query.get("name")), self._world)
 
     def plan(self, told: dict[str, Any]) -> dict[str, Any]:
         """Compile a mission, and tell what the robot would do."""
@@ -95,7 +105,7 @@ class MissionDesk:
         map_ = self._shelf.load(request.map)
         mission, points = planned(request, map_), place_points(map_)
         drawn = drawn_plan(mission, points)
-        trip = request.drive.trip(map_)
+        trip = request.drive.trip(map_, self._world)
         with self._lock:
             if self._state in (DeskState.OPENING, DeskState.RUNNING):
                 raise ScenarioError("a mission runs already; valid is to wait for its end, or to abort it")

@@ -1,7 +1,6 @@
 """Maps that the page offers, and their drawings."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,9 @@ from numpy.typing import NDArray
 from refseq.logs.notes import NOTES
 from refseq.map.map import Map, MapFrame
 from refseq.map.paths.path import MapPath
-from refseq_bench.scenarios.errors import ScenarioError, input_errors
+from refseq_bench.scenarios.drives.driven_plan import driven_plan
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.missions.trip import check_world
 from refseq_bench.worlds.drawing.outline import outline_of
 from refseq_bench.worlds.plans.load import load_plan
 
@@ -60,15 +61,19 @@ class MapShelf:
         return kept[2]  # another page may have had another one read by now
 
 
-def drawn_map(map_: Map) -> dict[str, Any]:
-    """A map as the page draws it: its paths with their places and doors, walls where the world is known, facts."""
+def drawn_map(map_: Map, world: str | None = None) -> dict[str, Any]:
+    """A map as the page draws it: its paths with their places and doors, walls where the world is known, facts.
+
+    ``world`` is the one that missions are run in, None: the map's. ``refused`` says why none can be.
+    """
     points = place_points(map_)
     return {
         "paths": [_path(map_, path, points) for path in map_.paths],
         "places": _rounded(points),
-        "outline": [_rounded(line) for line in _outline(map_)],
+        "outline": [_rounded(line) for line in _outline(map_, world)],
         "told": {key: map_.metadata[key] for key in TOLD if key in map_.metadata},
         "sensors": sorted(map_.sensors),
+        "refused": "" if world is not None else _refused(map_),
     }
 
 
@@ -104,13 +109,18 @@ def _path(map_: Map, path: MapPath, points: NDArray[np.float64]) -> dict[str, An
     }
 
 
-def _outline(map_: Map) -> Sequence[NDArray[np.float64]]:
-    """Walls of the world, where the map tells which, and it is there."""
-    world = map_.sequences[0].metadata.get("world")
-    if world is not None and map_.frame is MapFrame.TRUTH:
-        with suppress(*input_errors()):
-            return outline_of(load_plan(world))
-    return ()
+def _outline(map_: Map, world: str | None) -> Sequence[NDArray[np.float64]]:
+    plan = driven_plan(map_.sequences[0].metadata) if world is None else load_plan(world)
+    return () if plan is None or map_.frame is not MapFrame.TRUTH else outline_of(plan)
+
+
+def _refused(map_: Map) -> str:
+    """Why no mission can be run where the map was learnt, and what to do; empty where one can."""
+    try:
+        check_world(map_, "refseq mission page MAP --world")
+    except ScenarioError as error:
+        return str(error)
+    return ""
 
 
 def _rounded(points: NDArray[np.float64]) -> list[list[float]]:

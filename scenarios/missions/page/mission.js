@@ -243,7 +243,7 @@ async function replan() {
   }
   showOrders();
   drawPlan();
-  at("go").disabled = running || !mayStart;
+  at("go").disabled = running || !mayStart || Boolean(map.refused);
 }
 
 function showOrders() {
@@ -288,9 +288,11 @@ function showSteps() {
 
 // --- the run ---
 
+/** Show a line, or without one why no mission can be started on this map, if so. */
 function mistake(line) {
-  at("mistake").hidden = !line;
-  at("mistake").textContent = line;
+  const shown = line || map?.refused || "";
+  at("mistake").hidden = !shown;
+  at("mistake").textContent = shown;
 }
 
 async function start() {

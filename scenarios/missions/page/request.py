@@ -36,10 +36,14 @@ class DriveRequest(_Part):
     odometry: bool = False
     speed: Annotated[float, Field(ge=0, le=100)] = 0.0
 
-    def trip(self, map_: Map) -> MissionTrip:
-        """The same for the library. Raises the rooms' errors for names that nobody knows."""
+    def trip(self, map_: Map, world: str | None = None) -> MissionTrip:
+        """The same for the library, in a ``world``, None: the map's.
+
+        Raises the rooms' errors for names that nobody knows.
+        """
         trip = MissionTrip.from_map(
             map_,
+            world=world,
             light=self.light or None,
             change=self.change,
             robot=self.robot or None,

@@ -80,7 +80,7 @@ class MissionWatch:
             "doing": executor.doing,
             "order": executor.number,
             "tasks": [str(task) for task in executor.tasks],
-            "along": round(float(executor.along), 2),
+            "along": round(float(executor.along), 1),
             "believed": self.point(executor.along),
             "robot": [round(pose.x, 3), round(pose.y, 3), round(pose.heading, 3)],
         }

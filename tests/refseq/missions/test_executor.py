@@ -123,6 +123,15 @@ def test_what_is_not_believed_is_told() -> None:
     assert "a view says elsewhere; not believed yet" in told(line)
 
 
+def test_just_before_its_start_it_is_at_zero_metres() -> None:
+    executor = learnt()
+    executor.move(0.0, -0.04)
+    executor.believe(seen_at(WAY.along, 0.0, width=0.1))
+    assert executor.along < 0
+    assert "knows where it is: at 0.0 m" in str(executor.log[1])
+    assert "-0.0 m" not in "".join(map(str, executor.log))
+
+
 # --- a robot that is not where its odometer says ---
 
 

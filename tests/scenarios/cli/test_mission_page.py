@@ -111,6 +111,19 @@ def test_a_mission_is_stated_on_the_map_run_and_watched(tab: Page, served: Serve
 
 
 @pytest.mark.slow
+def test_on_a_map_of_a_world_of_one_s_own_nothing_can_be_started(tab: Page) -> None:
+    tab.add_init_script("""const { fetch } = window;
+      window.fetch = async (path, ...more) => {
+        const answer = await fetch(path, ...more);
+        return path.startsWith("map?") ? Response.json({ ...await answer.json(), refused: "name its plan" }) : answer;
+      };""")
+    tab.reload()
+    tab.wait_for_selector("#orders li")
+    assert tab.inner_text("#mistake") == "name its plan"
+    assert tab.is_disabled("#go")
+
+
+@pytest.mark.slow
 def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page, served: Served) -> None:
     tab.fill("#text", "[LD_LD_LD_LD_LD]")
     tab.press("#text", "Enter")

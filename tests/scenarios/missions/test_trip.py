@@ -1,5 +1,6 @@
 """Trips that cannot be made are told before anything is opened, and what is left out comes from the map."""
 
+import json
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions import trip as trips
 from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of
 from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.plans.load import load_plan
 from tests.support import corridor_drive
 
 TOLD = {"world": "hallway", "light": "16:00", "robot": "robuter", "renderer": "classic"}
@@ -68,6 +70,17 @@ def test_a_map_of_a_world_of_one_s_own_asks_for_its_plan() -> None:
     whose = "the map was learnt in world 'abbey', which is not the bench's own"
     assert str(caught.value) == f"{whose}; valid is to name its plan: --world FILE.toml"
     assert MissionTrip.from_map(learnt(TOLD | {"world": "abbey"}, laser=True), world="abbey.toml").drive.world
+
+
+def test_a_plan_of_one_s_own_with_a_name_of_the_library_is_asked_for_too() -> None:
+    plan = load_plan("offices").model_copy(update={"name": "hallway"}).model_dump(mode="json")
+    namesake = learnt(TOLD | {"config": json.dumps({"plan": plan})}, laser=True)
+    with pytest.raises(ScenarioError) as caught:
+        MissionTrip.from_map(namesake)
+    whose = "the map was learnt in world 'hallway', which is not the bench's own"
+    valid = "valid is to name its plan: --world FILE.toml (--world hallway is the bench's, another one)"
+    assert str(caught.value) == f"{whose}; {valid}"
+    assert MissionTrip.from_map(namesake, world="hallway").drive.world == "hallway"
 
 
 def test_renderers_that_are_none_and_strips_without_one_are_told() -> None:

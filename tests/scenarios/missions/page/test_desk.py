@@ -17,6 +17,7 @@ from refseq.map.profile import BEST
 from refseq.missions import Status
 from refseq.planar import Pose
 from refseq.view import Scan, View
+from refseq_bench import worlds
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.missions.page.desk import MissionDesk
@@ -24,6 +25,7 @@ from refseq_bench.scenarios.missions.page.maps import MapShelf, drawn_map, place
 from refseq_bench.scenarios.missions.page.request import MissionRequest, planned, steps_of
 from refseq_bench.scenarios.missions.page.watch import MissionWatch
 from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.errors import PlanError
 from tests.support import corridor_drive
 
 BY_LASER = Drive(world="offices", renderer=RendererKind.NONE, behaviours=("MN:6",))
@@ -60,6 +62,7 @@ def test_a_map_is_shown_with_its_walls_doors_and_notes(folder: Path) -> None:
     assert path["doors"][0]["along"] == pytest.approx(4.7, abs=0.2)
     assert path["doors"][0]["x"] - shown["places"][0][0] == pytest.approx(4.7, abs=0.3), "the corridor runs along x"
     assert len(shown["outline"]) > 4
+    assert shown["refused"] == ""
     assert (shown["told"]["world"], shown["told"]["notes"]) == ("offices", "led by itself")
 
 
@@ -143,6 +146,37 @@ def test_a_mission_that_cannot_be_left_is_completed_all_the_same(folder: Path, t
     assert (result["completed"], result["left"]) == (True, "")
     assert result["why"] == f"{tmp_path / 'out' / 'mission-1'}: cannot be written: Not a directory"
     assert said[-1] == f"mission 1: completed; {result['why']}"
+
+
+@pytest.fixture
+def own(folder: Path, tmp_path: Path) -> Path:
+    """The map as if it had been learnt in a plan of one's own, and that beside it."""
+    library = Path(worlds.__path__[0]) / "library" / "offices.toml"
+    (tmp_path / "my.toml").write_text(library.read_text().replace('name = "offices"', 'name = "abbey"', 1))
+    Map.load(folder / MAP).noted({"world": "abbey", "config": ""}).save(tmp_path / MAP)
+    return tmp_path
+
+
+def test_a_map_of_a_world_of_one_s_own_says_how_its_plan_is_named(own: Path) -> None:
+    desk = MissionDesk(MapShelf(own), None, lambda line: None)
+    shown = desk.map({"name": MAP})
+    assert shown["refused"].startswith("the map was learnt in world 'abbey', which is not the bench's own; ")
+    assert shown["refused"].endswith("valid is to name its plan: refseq mission page MAP --world FILE.toml")
+    assert shown["outline"] == []
+    assert desk.plan(asked())["orders"], "it is planned all the same"
+
+
+def test_missions_are_run_in_the_world_that_is_named(own: Path) -> None:
+    with pytest.raises(PlanError, match="unknown world 'moon'"):
+        MissionDesk(MapShelf(own), None, lambda line: None, "moon")
+    said: list[str] = []
+    desk = MissionDesk(MapShelf(own), None, said.append, str(own / "my.toml"))
+    shown = desk.map({"name": MAP})
+    assert shown["refused"] == ""
+    assert len(shown["outline"]) > 4
+    desk.start(asked(steps=[{"at": "LA1"}], landmarks={"LA1": 1.0}))
+    assert desk.run_next(0.0)
+    assert said == [f"mission 1: [LA1] in {own / 'my.toml'}", "mission 1: completed"]
 
 
 def test_nothing_takes_an_abort_back(desk: MissionDesk) -> None:
