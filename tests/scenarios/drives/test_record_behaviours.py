@@ -37,13 +37,14 @@ def drive(plan: str) -> Drive:
 
 def test_a_drive_by_behaviours_tells_of_them(drive: Drive, tmp_path: Path) -> None:
     path = tmp_path / "out" / "drive.mcap"
-    heard: list[tuple[float, float, int]] = []
+    heard: list[tuple[float, float | None, int]] = []
     recording = record(drive, path, lambda *told: heard.append(told))
     read = read_recording(path)
     assert [view.behaviour for view in read.views] == [view.behaviour for view in recording.views]
     assert tuple(view.behaviour for view in read.views if view.behaviour) == WORDS
     assert json.loads(read.metadata["behaviours"]) == list(WORDS)
     assert len(heard) == len(read.views)
+    assert {length for _, length, _ in heard} == {None}, "nobody knows how far they will lead"
     assert learn(read.views).paths[0].annotations.behaviours == tuple(view.behaviour for view in read.views)
     led = record(replace(drive, behaviours=()), tmp_path / "led.mcap")
     assert {view.behaviour for view in led.views} == {""}
