@@ -71,6 +71,16 @@ def test_what_was_seen_until_a_behaviour_failed_is_kept(drive: Drive, tmp_path: 
     ]
 
 
+def test_a_robot_that_is_stuck_is_no_bad_input_and_tells_where_its_views_lie(
+    plan: str, tmp_path: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    answer = refseq("record", plan, "--renderer", "none", "--behaviours", "MN:1 MC", "-o", "drive.mcap")
+    assert (answer.code, answer.err.count("\n")) == (1, 1)
+    assert answer.err.startswith("behaviour 2, MC, failed after 1.")
+    assert "; drive.partial.mcap holds 3 views, incomplete" in answer.err
+
+
 def test_faults_are_for_drives_that_are_led(drive: Drive) -> None:
     with pytest.raises(ScenarioError, match=r"^faults and behaviours exclude each other"):
         replace(drive, faults=(Kidnap(at=1.0, to=2.0),))
