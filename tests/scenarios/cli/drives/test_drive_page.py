@@ -98,7 +98,7 @@ def test_keys_in_the_browser_lead_the_robot_beside_the_view_of_the_world(
     tab = browser.new_page(viewport={"width": 1000, "height": 500})
     tab.set_default_timeout(1000 * PATIENCE)
     begun(tab, address)
-    until(lambda: len(tab.frames) == 2)
+    tab.wait_for_selector("#view iframe")
     tab.frames[1].wait_for_selector("canvas")
     until(path.with_name("drive.partial.mcap").exists, lambda: tab.keyboard.press("Space"))
     tab.keyboard.down("w")
