@@ -76,7 +76,8 @@ def _foxglove(told: ClientChannel) -> Callable[[bytes, int], Sample | None]:
             message = decoder.decode(channel, schema, data)
             if message is None:
                 return None
-            time = seconds_of(message.stamp or now)
+            # Whoever has no clock can leave the stamp out here; a log of theirs cannot be written anew.
+            time = seconds_of(now if message.stamp is None else message.stamp)
         except McapError as error:
             raise FoxgloveProtocolError(f"topic {told.topic}: is no {told.schema_name}: {error}") from error
         except LogError as error:
@@ -90,7 +91,7 @@ def _foxglove(told: ClientChannel) -> Callable[[bytes, int], Sample | None]:
             message.frame.removeprefix("/"),
             message.content,
             message.child.removeprefix("/"),
-            unstamped=not message.stamp,
+            unstamped=message.stamp is None,
         )
 
     return read

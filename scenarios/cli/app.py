@@ -165,6 +165,7 @@ def exit_code(words: list[str]) -> int:
 FAILURES = {
     "refseq_bench.scenarios.methods.plugins": ("MisbehavedError", "failed: "),
     "refseq_bench.scenarios.drives.record": ("NoViewError", ""),
+    "refseq_bench.sim.errors": ("StuckError", ""),
     "refseq_bench.sim.teleop.session": ("AbortedError", ""),
 }
 """Errors of what ran, not of what was asked for, by their modules, and what is put before their message."""

@@ -48,8 +48,8 @@ OWN_ROUTE = "own"
 OWN_FORMAT = RecordingFormat()
 """Format of drives that are kept: who asks for another brings it, so that no key of a recording follows the others."""
 
-Progress = Callable[[float, float, int], None]
-"""Told how far the robot has come [m], of how much [m], and the number of views so far."""
+Progress = Callable[[float, float | None, int], None]
+"""Told how far the robot has come [m], of how much [m] (None: nobody knows), and the number of views so far."""
 
 
 ViewCallback = Callable[[RecordedView, int], None]
@@ -227,7 +227,7 @@ def record(
                 told(taken, count)
             if progress is not None:
                 # How far behaviours will lead, nobody knows.
-                progress(taken.progress, taken.progress if drive.behaviours else operator.length, count)
+                progress(taken.progress, None if drive.behaviours else operator.length, count)
 
         rig = sensor_rig(bench)
         return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell, form=form, rig=rig, whole=whole)

@@ -23,9 +23,12 @@ from refseq.logs.transforms import Transform, pose_of_message
 
 @dataclass(frozen=True, slots=True)
 class FoxgloveMessage:
-    """A message's own stamp [ns] (0: none), its frame and child frame, and its content."""
+    """A message's own stamp [ns], its frame and child frame, and its content.
 
-    stamp: int
+    ``stamp`` None: it has none. Zero is where simulated clocks begin, and what programs without a clock write.
+    """
+
+    stamp: int | None
     frame: str
     child: str
     content: Content
@@ -160,8 +163,10 @@ def _converted(schema: str, message: Any) -> FoxgloveMessage | None:
     raise AssertionError(f"{schema} has a role and no content")
 
 
-def _stamp(message: Any) -> int:
-    """A message's stamp [ns]."""
+def _stamp(message: Any) -> int | None:
+    """A message's stamp [ns], None where it is left out."""
+    if not message.HasField("timestamp"):
+        return None
     return int(message.timestamp.seconds) * NANOSECONDS + int(message.timestamp.nanos)
 
 
@@ -188,8 +193,8 @@ def _transform(message: Any) -> Transform:
 
 def _transforms(message: Any) -> FoxgloveMessage:
     FRAMES.check(len(message.transforms), "a message has")
-    stamps = [_stamp(one) for one in message.transforms]
-    return FoxgloveMessage(max(stamps, default=0), "", "", tuple(_all(message.transforms)))
+    stamps = [stamp for one in message.transforms if (stamp := _stamp(one)) is not None]
+    return FoxgloveMessage(max(stamps, default=None), "", "", tuple(_all(message.transforms)))
 
 
 def _all(transforms: Any) -> Iterator[Transform]:

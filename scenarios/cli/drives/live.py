@@ -40,7 +40,8 @@ LIVE_HELP = """Examples:
 * `refseq live map.refseq hallway --serve 9090 --recording query.mcap -o beliefs.parquet`
 * `refseq live map.refseq hallway --script keys.txt --rrd live.rrd`
 
-Only the sensors of the map are simulated. Exit codes: as those of `refseq localise`."""
+Only the sensors of the map are simulated. Exit codes: as those of `refseq localise`, and 1 where
+the robot is stuck."""
 
 
 @grouped

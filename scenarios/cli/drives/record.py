@@ -48,8 +48,9 @@ RECORD_HELP = """Examples:
 A script has one command a line, with its time in seconds: `2.0 forward`, `5.5 left 0.3`, `6 sample`, `8 pause`,
 `9 resume`, `30 stop` (docs/live.md). A recording of `refseq drive` is a script as well.
 
-Exit codes: 0 recorded; 1 aborted, or ended before the first view: nothing is written; 2 bad input; 130 interrupted:
-the views up to then are kept beside, in NAME.partial.mcap."""
+Exit codes: 0 recorded; 1 the robot is stuck, a behaviour failed, or the drive was aborted or ended before its first
+view; 2 bad input; 130 interrupted. Of a drive that is interrupted or stuck the views up to then are kept beside, in
+NAME.partial.mcap; of one that is aborted, or has no view yet, nothing."""
 
 DRIVE_HELP = """Examples:
 

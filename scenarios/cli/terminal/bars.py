@@ -20,7 +20,7 @@ Step = Callable[[str], "Progress | None"]
 
 
 class Bars(Protocol):
-    """Tasks under way, each with a total, what is completed of it, and a few words on it (``seen``)."""
+    """Tasks under way, each with a total, if it is known, what is completed of it, and words on it (``seen``)."""
 
     def add_task(self, description: str, *, total: float | None, seen: str) -> Any:
         """Begin a task; gives its name in ``update``."""
@@ -33,7 +33,7 @@ class Bars(Protocol):
 def progress_bar(title: str) -> "Iterator[Progress]":
     """A bar for one drive."""
     with shown_bars() as bars:
-        task = bars.add_task(title, total=1.0, seen="")
+        task = bars.add_task(title, total=None, seen="")
         yield drive_progress(bars, task)
         bars.update(task, total=1, completed=1)
 
@@ -51,7 +51,7 @@ def step_bars() -> "Iterator[Step]":
 
         def step(name: str) -> "Progress | None":
             finish()
-            running.append(bars.add_task(name, total=1.0 if name.startswith("drive") else None, seen=""))
+            running.append(bars.add_task(name, total=None, seen=""))
             return drive_progress(bars, running[-1]) if name.startswith("drive") else None
 
         yield step
@@ -59,9 +59,12 @@ def step_bars() -> "Iterator[Step]":
 
 
 def drive_progress(bars: Bars, task: Any) -> "Progress":
-    """A callback that fills a bar as the robot comes along its route."""
+    """A callback that fills a bar as the robot comes along its route, and tells how far it is where it has none."""
 
-    def show(progress: float, length: float, views: int) -> None:
+    def show(progress: float, length: float | None, views: int) -> None:
+        if length is None:
+            bars.update(task, seen=f"{progress:5.1f} m, {views:3d} views")
+            return
         # The last metre is full only when the drive is over: 'progress' may come close to it before.
         done = min(progress, length * (1 - 1e-9))
         bars.update(task, total=length, completed=done, seen=f"{progress:5.1f} of {length:.0f} m, {views:3d} views")

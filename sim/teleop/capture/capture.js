@@ -73,11 +73,14 @@ function hold(key, down) {
 
 function letGo() { for (const key of [...held]) hold(key, false); }
 
-const writes = (element) => ["INPUT", "TEXTAREA", "SELECT"].includes(element.tagName);
+/** Only where words are written the robot hears no key: its emergency stop must not wait for a click elsewhere. */
+const writes = (element) => element.matches("textarea, input:not([type=checkbox])");
+const ticks = (element, key) => key === "Space" && element.matches("[type=checkbox]");
 
 addEventListener("keydown", (event) => {
   const key = KEYS[event.code];
-  if (phase !== "driving" || !key || writes(event.target) || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (phase !== "driving" || !key || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (writes(event.target) || ticks(event.target, key)) return;
   event.preventDefault();
   if (HELD.has(key)) hold(key, true);
   else if (!event.repeat) press(key);
@@ -128,6 +131,7 @@ function showWorld(now) {
   at("view").hidden = at("look").hidden = !at("world").checked;
   at("drive").classList.toggle("plain", !at("world").checked);
 }
+at("world").onchange = () => at("world").blur(); // the next Space is the robot's again
 at("world").checked = matchMedia("(min-width: 52rem)").matches;
 
 function sampling({ distance, turn, time }) {

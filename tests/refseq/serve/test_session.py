@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from foxglove.messages import LaserScan, Timestamp
 
 from refseq.belief import Belief
 from refseq.errors import RefseqError
@@ -17,6 +18,7 @@ from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.planar import Pose
 from refseq.serve.answers import BeliefAnswer
+from refseq.serve.channels import robot_channel
 from refseq.serve.protocol import MOST_CHANNELS, ClientChannel, FoxgloveProtocolError
 from refseq.serve.session import TOO_FAST, RobotSession, ServeOptions, spacing
 from tests.refseq.serve.client import Sent, in_log
@@ -179,7 +181,7 @@ def test_a_beam_from_nowhere_can_be_told_in_json(map_: Map, nothing: object) -> 
 
 
 def test_a_scan_in_json_is_read_as_one_in_protobuf(log: Path, true: list[Belief]) -> None:
-    """A robot with a laser alone: scans are written anew as JSON."""
+    """A robot with a laser alone: scans are written anew as JSON, by a simulated clock, which begins at zero."""
     views = [replace(view, images={}) for view in read_recording(log).views]
     laser = learn(views)
     session = RobotSession(laser, EACH)
@@ -188,7 +190,7 @@ def test_a_scan_in_json_is_read_as_one_in_protobuf(log: Path, true: list[Belief]
     for view in views:
         assert view.scan is not None
         content = {
-            "timestamp": {"sec": int(view.time), "nsec": round(view.time % 1 * 1e9)},
+            "timestamp": {"sec": int(view.time) - 100, "nsec": round(view.time % 1 * 1e9)},
             "frame_id": "",
             "start_angle": float(-np.pi / 2),
             "end_angle": float(np.pi / 2),
@@ -200,6 +202,23 @@ def test_a_scan_in_json_is_read_as_one_in_protobuf(log: Path, true: list[Belief]
     localiser, alone = Localiser(laser, seed=1), {"distance": 0.0, "turn": 0.0, "has_odometry": False}
     beliefs = [localiser.update(replace(view, **alone)) for view in views]  # type: ignore[arg-type]
     assert same(answers, beliefs)
+
+
+@pytest.mark.parametrize("encoding", ["json", "protobuf"])
+@pytest.mark.parametrize("begin", [0.0, None])
+def test_zero_is_a_stamp_and_a_message_without_one_gets_the_time_of_its_arrival(
+    encoding: str, begin: float | None
+) -> None:
+    channel = robot_channel(ClientChannel(1, "/scan", encoding, "foxglove.LaserScan"))
+    if encoding == "json":
+        stamp = {} if begin is None else {"timestamp": {"sec": 0, "nsec": 0}}
+        data = json.dumps({**stamp, "ranges": [1.0, 2.0]}).encode()
+    else:
+        own = None if begin is None else Timestamp(sec=0, nsec=0)
+        data = LaserScan(timestamp=own, ranges=[1.0, 2.0]).encode()
+    sample = channel.read(data, 7_000_000_000)
+    assert sample is not None
+    assert (sample.time, sample.unstamped) == ((7.0, True) if begin is None else (0.0, False))
 
 
 @pytest.mark.parametrize("name", ["distance", "tolerance"])

@@ -175,7 +175,7 @@ def test_a_file_in_the_folders_place_is_told(blind: Drive, tmp_path: Path) -> No
 
 
 def stop_at(count: int, error: BaseException) -> Progress:
-    def progress(along: float, length: float, views: int) -> None:
+    def progress(along: float, length: float | None, views: int) -> None:
         if views == count:
             raise error
 

@@ -37,13 +37,14 @@ def drive(plan: str) -> Drive:
 
 def test_a_drive_by_behaviours_tells_of_them(drive: Drive, tmp_path: Path) -> None:
     path = tmp_path / "out" / "drive.mcap"
-    heard: list[tuple[float, float, int]] = []
+    heard: list[tuple[float, float | None, int]] = []
     recording = record(drive, path, lambda *told: heard.append(told))
     read = read_recording(path)
     assert [view.behaviour for view in read.views] == [view.behaviour for view in recording.views]
     assert tuple(view.behaviour for view in read.views if view.behaviour) == WORDS
     assert json.loads(read.metadata["behaviours"]) == list(WORDS)
     assert len(heard) == len(read.views)
+    assert {length for _, length, _ in heard} == {None}, "nobody knows how far they will lead"
     assert learn(read.views).paths[0].annotations.behaviours == tuple(view.behaviour for view in read.views)
     led = record(replace(drive, behaviours=()), tmp_path / "led.mcap")
     assert {view.behaviour for view in led.views} == {""}
@@ -68,6 +69,16 @@ def test_what_was_seen_until_a_behaviour_failed_is_kept(drive: Drive, tmp_path: 
         "MN:1",
         "MC",
     ]
+
+
+def test_a_robot_that_is_stuck_is_no_bad_input_and_tells_where_its_views_lie(
+    plan: str, tmp_path: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    answer = refseq("record", plan, "--renderer", "none", "--behaviours", "MN:1 MC", "-o", "drive.mcap")
+    assert (answer.code, answer.err.count("\n")) == (1, 1)
+    assert answer.err.startswith("behaviour 2, MC, failed after 1.")
+    assert "; drive.partial.mcap holds 3 views, incomplete" in answer.err
 
 
 def test_faults_are_for_drives_that_are_led(drive: Drive) -> None:

@@ -11,7 +11,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, CDPSession, Error, Page
 
+from refseq.access.policy import AccessPolicy
+from refseq.access.proxy import ProxiedPage, proxied
 from refseq.logs import read_recording
+from refseq_bench.sim.teleop.capture.desk import CaptureDesk
+from refseq_bench.sim.teleop.capture.setup import CaptureSetup
 from tests.worlds.conftest import SMALL
 
 PATIENCE = 60.0
@@ -61,6 +65,31 @@ def begun(tab: Page, address: str) -> None:
     tab.wait_for_selector("#drive:not([hidden])")
 
 
+@pytest.mark.parametrize(
+    ("clicked", "expected"), [("#world", "E V Space R"), ("summary", "E V Space R"), ("#while", "R")]
+)
+def test_only_a_field_that_is_written_into_keeps_keys_from_the_robot(
+    browser: Browser, clicked: str, expected: str
+) -> None:
+    desk, sent = CaptureDesk(CaptureSetup("drive", "", ("laser",), None)), list[str]()
+    with proxied(ProxiedPage(desk.routes(), lambda _: "/page"), AccessPolicy()) as running:
+        tab = browser.new_page()
+        tab.set_default_timeout(10_000)
+        tab.goto(running.address)
+        tab.click(clicked)
+        tab.on("request", lambda one: sent.extend((one.post_data_json or {}).get("pressed", [])))
+        for key in ("e", "v", "Space"):
+            tab.keyboard.press(key)
+        tab.focus("#world")
+        shown = tab.is_checked("#world")
+        tab.keyboard.press("Space")
+        assert tab.is_checked("#world") is not shown, "who has no mouse ticks a box by Space"
+        with tab.expect_request("**/keys"):
+            tab.keyboard.press("r")
+        tab.close()
+    assert sent == expected.split()
+
+
 @pytest.mark.slow
 def test_keys_in_the_browser_lead_the_robot_beside_the_view_of_the_world(
     browser: Browser, driven: tuple[subprocess.Popen[bytes], str, Path]
@@ -69,7 +98,7 @@ def test_keys_in_the_browser_lead_the_robot_beside_the_view_of_the_world(
     tab = browser.new_page(viewport={"width": 1000, "height": 500})
     tab.set_default_timeout(1000 * PATIENCE)
     begun(tab, address)
-    until(lambda: len(tab.frames) == 2)
+    tab.wait_for_selector("#view iframe")
     tab.frames[1].wait_for_selector("canvas")
     until(path.with_name("drive.partial.mcap").exists, lambda: tab.keyboard.press("Space"))
     tab.keyboard.down("w")

@@ -28,6 +28,14 @@ def test_piped_each_step_is_a_line_when_it_is_over(piped: io.StringIO) -> None:
     assert piped.getvalue().splitlines()[1:] == ["learn: 0 s"]
 
 
+def test_piped_a_drive_of_unknown_length_tells_how_far_it_came_when_it_is_over(piped: io.StringIO) -> None:
+    with progress_bar("hallway at 16:00") as progress:
+        progress(0.0, None, 1)
+        assert piped.getvalue() == ""
+        progress(8.0, None, 11)
+    assert piped.getvalue() == "hallway at 16:00: 8.0 m, 11 views, 0 s\n"
+
+
 def test_piped_a_step_that_fails_is_no_line_of_its_own(piped: io.StringIO) -> None:
     def fail() -> None:
         with progress_bar("hallway at 16:00") as progress:
@@ -77,9 +85,13 @@ def test_a_line_of_a_task_has_its_time(piped: io.StringIO) -> None:
     ]  # fmt: skip
 
 
-def test_on_a_terminal_there_are_bars(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("come", "length", "told"), [(48.0, 96.0, "48.0 of 96 m, "), (8.0, None, " 8.0 m, ")])
+def test_on_a_terminal_there_are_bars(
+    monkeypatch: pytest.MonkeyPatch, come: float, length: float | None, told: str
+) -> None:
     console = Console(file=io.StringIO(), force_terminal=True, width=100)
     monkeypatch.setattr(bars, "err", console)
     with progress_bar("hallway at 16:00") as progress:
-        progress(48.0, 96.0, 57)
+        progress(come, length, 57)
     assert "━" in console.file.getvalue()  # type: ignore[attr-defined]
+    assert told in console.file.getvalue()  # type: ignore[attr-defined]
