@@ -7,7 +7,8 @@ place, the share p of them that brought as little is a p-value against the place
 that the others have (``refseq.inference.matching.log_ratio``). It only ever takes away: places that are not the robot's
 bring no more than before.
 
-A picture is compared with those of no less noise: a lamp that goes out is no way off the path.
+A picture is compared with those of no less noise: a lamp that goes out is no way off the path. A sensor that is asked
+alone is not doubted so: a camera before a bare wall brings little anywhere, and nothing else tells that it is there.
 """
 
 from collections import deque
@@ -30,6 +31,8 @@ SURE_NEAR = 0.9
 """And where so much of its belief is at the place and its two neighbours."""
 ALIKE = 1.25
 """Noise that differs by no more than this factor is the same."""
+FEWEST = 2
+"""So many sensors must have been asked about a view for it to be doubted."""
 QUIET = 1.0
 """Noise below this is that of any camera by day [grey levels], and not told apart."""
 
@@ -88,6 +91,8 @@ class UsualViews:
     def _against(self, measured: Measurement) -> NDArray[np.float64]:
         """Sum over the blocks of what speaks against each place, (K,), 0 or more."""
         against = np.zeros(len(measured.likelihood))
+        if len({key.partition("/")[2] for key in measured.by_block}) < FEWEST:
+            return against
         for key, ratios in measured.by_block.items():
             sensor = key.partition("/")[2]
             noise = _noise(measured.noise, sensor)

@@ -138,18 +138,37 @@ def test_the_views_of_a_stand_are_one(maps: tuple[Map, Map]) -> None:
     np.testing.assert_allclose(lost(long[-2:]), lost(short[-2:]), atol=1e-3)
 
 
+def both(brought: float) -> dict[str, np.ndarray]:
+    """What two cameras bring everywhere."""
+    return {f"sift/{camera}": np.full(COUNT, brought) for camera in CAMERAS}
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_sensor_that_is_asked_alone_is_not_doubted(maps: tuple[Map, Map], alone: bool) -> None:
+    """A camera's words and dense words are one sensor: before a bare wall both bring little."""
+    usual, places = UsualViews(maps[1]), np.eye(COUNT)[3]
+    names = ("sift/forward", "dense/forward") if alone else ("sift/forward", "sift/lateral")
+    rich = Measurement(places, 0.85, Timings(), np.zeros(COUNT), by_block=dict.fromkeys(names, np.full(COUNT, 4.0)))
+    for _ in range(40):
+        usual.weighed([rich])
+        usual.told([rich], belief_from(places, 0.0))
+    poor = replace(rich, by_block=dict.fromkeys(names, np.full(COUNT, -1.0)))
+    against = usual.weighed([poor])[0].log_ratio
+    assert against.tolist() == [0.0] * COUNT if alone else (against < 0).all()
+
+
 def test_what_is_not_sure_is_not_remembered(maps: tuple[Map, Map]) -> None:
     """Views of elsewhere, whose places the chain doubts, leave no mark on what is usual."""
     usual = UsualViews(maps[1])
     places = np.zeros(COUNT)
     places[3] = 1.0
-    measured = [Measurement(places, 0.85, Timings(), np.zeros(COUNT), by_block={"sift/forward": np.full(COUNT, 4.0)})]
+    measured = [Measurement(places, 0.85, Timings(), np.zeros(COUNT), by_block=both(4.0))]
     spread = np.full(COUNT, 1 / COUNT)
     for weights, doubt in ((places, 0.02), (spread, 0.0)):
         usual.told(measured, belief_from(weights, doubt))
         assert usual.weighed(measured)[0].log_ratio.tolist() == [0.0] * COUNT
     usual.told(measured, belief_from(places, 0.0))
-    poorer = [replace(measured[0], by_block={"sift/forward": np.full(COUNT, -1.0)})]
+    poorer = [replace(measured[0], by_block=both(-1.0))]
     for _ in range(40):
         usual.weighed(measured)
         usual.told(measured, belief_from(places, 0.0))
