@@ -171,7 +171,7 @@ def _change(content: dict[str, Any], change: str) -> None:
 LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
-        "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "turns": 0.0, "usual": 0},
+        "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "geometry_alone": 0, "turns": 0.0, "usual": 0},
         "neural": asdict(NeuralSettings()),
         "motion": {"stands_once": False, "odometer_scale": 0.0},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},

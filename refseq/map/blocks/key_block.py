@@ -4,7 +4,7 @@ Words count which keys a place shares with the view. The fit tells whether they 
 match, it is told how many of them fit. That share does not depend on light, which takes matches away at all places.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,15 +31,17 @@ BESIDE = 2
 class KeyBlock:
     """Log-likelihood ratios by the fit of a view's keys, all its cameras together.
 
-    ``most``, ``log_ratio.geometry`` of the map's profile, is how many places keys are laid on.
+    ``most``, ``log_ratio.geometry`` of the map's profile, is how many places keys are laid on; it is
+    ``log_ratio.geometry_alone`` where one of the ``sensors`` alone is asked.
     """
 
-    def __init__(self, map_: Map) -> None:
+    def __init__(self, map_: Map, sensors: Collection[str]) -> None:
         self._map = map_
         self.take({})
         self._calibrations: dict[frozenset[str], Calibration] = {}
         settings = map_.profile.log_ratio
-        self.most, self.blind = int(settings.geometry), settings.blind
+        self.most = int(settings.geometry_alone if len(sensors) == 1 else settings.geometry)
+        self.blind = settings.blind
 
     def take(self, view: Mapping[str, PictureKeys]) -> None:
         """Take the next view's keys, by camera."""

@@ -24,7 +24,10 @@ from refseq.map.profile import BEST, Profile, profile_named
 from refseq.planar import Pose
 from refseq.view import View
 
-ASKED, PLAIN = "best", "best+log_ratio.geometry=0"
+ASKED, PLAIN = "best+log_ratio.geometry_alone=6", "best+log_ratio.geometry=0"
+ONE = ("camera",)
+"""The sensors of this drive."""
+
 PLACES, TILE = 24, 60
 quick = settings(derandomize=True)
 
@@ -69,7 +72,7 @@ def views() -> list[View]:
 
 @pytest.fixture(scope="module")
 def block(asked: Map) -> KeyBlock:
-    return KeyBlock(asked)
+    return KeyBlock(asked, ONE)
 
 
 def take(block: KeyBlock, map_: Map, view: View) -> None:
@@ -179,13 +182,13 @@ def test_places_elsewhere_average_no_more_than_one_on_another_drive(
 def test_without_the_option_nothing_is_kept_and_no_belief_changes(views: list[View]) -> None:
     plain = learn(drive(range(PLACES)), profile=PLAIN, features=["sift"])
     assert not plain.paths[0].keys
-    assert not KeyBlock(plain).most
+    assert not KeyBlock(plain, ONE).most
     with_keys = learn(drive(range(PLACES)), profile=ASKED, features=["sift"])
     unasked = replace(plain, paths=(replace(plain.paths[0], keys=with_keys.paths[0].keys),))
     ours, theirs = localise(plain, views[:6]), localise(unasked, views[:6])
     guard = SensorGuard(plain)
     measured = guard.match(views[0])
-    assert FewPlaces(plain, [KeyBlock(plain)]).weighed(measured, None)[0] is measured[0]
+    assert FewPlaces(plain, [KeyBlock(plain, ONE)]).weighed(measured, None)[0] is measured[0]
     for stage in Stage:
         for one, other in zip(ours[stage], theirs[stage], strict=True):
             assert one.places.tobytes() == other.places.tobytes()
@@ -208,6 +211,16 @@ def test_maps_of_before_do_not_ask() -> None:
     assert Profile.from_dict(content) == profile_named(PLAIN)
 
 
+def test_a_sensor_alone_is_asked_by_a_setting_of_its_own(asked: Map) -> None:
+    best = learn(drive(range(3)), profile="best", features=["sift"])
+    assert best.paths[0].keys
+    sensors = (ONE, (*ONE, "laser"))
+    assert [KeyBlock(best, one).most for one in sensors] == [0, 6]
+    assert [KeyBlock(asked, one).most for one in sensors] == [6, 6]
+    alone = learn(drive(range(3)), profile="best+log_ratio.geometry=0+log_ratio.geometry_alone=4", features=["sift"])
+    assert [KeyBlock(alone, one).most for one in sensors] == [4, 0]
+
+
 def test_a_view_is_laid_by_the_cameras_that_both_have() -> None:
     keys = PictureKeys(np.zeros((1, 2), np.float32), np.zeros((1, 128), np.uint8))
     place: Mapping[str, PictureKeys] = {"left": keys, "right": keys}
@@ -217,7 +230,7 @@ def test_a_view_is_laid_by_the_cameras_that_both_have() -> None:
 def test_keys_are_laid_on_a_place_once_a_view_however_many_stages_ask(
     asked: Map, views: list[View], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    block = KeyBlock(asked)
+    block = KeyBlock(asked, ONE)
     take(block, asked, views[3])
     block.told(np.array([0]))  # scores of places elsewhere are asked for once
     places: list[Mapping[str, PictureKeys]] = []
