@@ -39,7 +39,8 @@ class LogRatioSettings:
     alone is asked. ``turns`` is how much of the way
     behind the robot the chain compares with the ways to the places (``refseq.inference.chain.turns_behind``) [m]; 0:
     none. ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they
-    brought there (``refseq.map.tracking.usual``): a view that brings less speaks against a place; 0: none.
+    brought there (``refseq.map.tracking.usual``): a view by two sensors or more that brings less speaks against a
+    place; 0: none.
     """
 
     blind: float = 0.2
