@@ -21,7 +21,7 @@ from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording
 from refseq.viewer.timelines import TIME
 from refseq_bench.robots.individual import CALIBRATED
-from refseq_bench.scenarios.drives.driven_plan import known_by_name
+from refseq_bench.scenarios.driven_plan import known_by_name
 from refseq_bench.scenarios.drives.record import Drive, open_bench, plan_of
 from refseq_bench.scenarios.drives.viewer_recording import RECORD
 from refseq_bench.scenarios.errors import ScenarioError

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from refseq_bench.scenarios.drives.driven_plan import driven_plan
+from refseq_bench.scenarios.driven_plan import driven_plan
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.worlds.drawing.outline import outline_of

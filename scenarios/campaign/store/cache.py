@@ -13,7 +13,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 RECORDING, MAP, ANSWERS = ".mcap", ".refseq", ".parquet"
 """Endings of what is kept."""
 DESCRIPTIONS = "descriptions.sqlite"
-"""The file of descriptions (``refseq_bench.scenarios.campaign.store.descriptions``)."""
+"""The file of descriptions (``refseq_bench.scenarios.campaign.store.descriptions``); SQLite has others beside it."""
 ENDS = {
     RECORDING: (b"\x89MCAP0\r\n", b"\x89MCAP0\r\n", 8),
     MAP: (b"PK\3\4", b"PK\5\6", 22),
@@ -84,7 +84,7 @@ class Store:
     @property
     def size(self) -> int:
         """Bytes of all that is kept."""
-        files = (path for path in self.folder.iterdir() if path.suffix in ENDS or path.name == DESCRIPTIONS)
+        files = (path for path in self.folder.iterdir() if path.suffix in ENDS or path.name.startswith(DESCRIPTIONS))
         return sum(path.stat().st_size for path in files if path.is_file())
 
     def sweep(self) -> None:
