@@ -1,7 +1,7 @@
 """Extractors whose features are the words of a growing vocabulary of descriptors."""
 
 from abc import abstractmethod
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from typing import Any, NamedTuple
 from weakref import ReferenceType, ref
 
@@ -48,6 +48,19 @@ class PictureKeys(NamedTuple):
     descriptors: NDArray[np.uint8]
 
 
+def packed(keys: PictureKeys) -> NDArray[np.void]:
+    """Keys as one array, (n,), a point and a descriptor each."""
+    both = np.dtype([("point", np.float32, 2), ("descriptor", np.uint8, keys.descriptors.shape[1])])
+    found = np.empty(len(keys.points), both)
+    found["point"], found["descriptor"] = keys
+    return found
+
+
+def unpacked(found: NDArray[np.void]) -> PictureKeys:
+    """The inverse, as views of the array."""
+    return PictureKeys(found["point"], found["descriptor"])
+
+
 class KeyWords(WordExtractor):
     """Words of the keys of one camera's pictures. ``settings`` are all that the keys of a picture depend on."""
 
@@ -75,14 +88,12 @@ class KeyWords(WordExtractor):
 
     def describe(self, view: View) -> NDArray[np.uint8]:
         """Descriptors of a view, (n, D)."""
-        return described(self.settings, view.images[self.sensor], self.descriptors)
+        return self._described(view, self.keys).descriptors
 
     def shown(self, view: View) -> PictureKeys:
         """Keys of a view that was described just now, in the order of its descriptors: not found again."""
-        image = view.images[self.sensor]
-        points = described((self.settings, "points"), image, lambda seen: self.drawn(seen).points)
-        return PictureKeys(points, described(self.settings, image, lambda seen: self.drawn(seen).descriptors))
+        return self._described(view, self.drawn)
 
-    def descriptors(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Descriptors of the strongest keys of a picture, (n, D)."""
-        return self.keys(image).descriptors
+    def _described(self, view: View, find: Callable[[NDArray[np.uint8]], PictureKeys]) -> PictureKeys:
+        """Keys of a view as they are remembered: points and descriptors are one description, found or kept together."""
+        return unpacked(described(self.settings, view.images[self.sensor], lambda seen: packed(find(seen))))

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.features.memory import described
+from refseq.features.sift import NO_KEYS as NOTHING_FOUND
+from refseq.features.word_extractor import PictureKeys, packed, unpacked
 from refseq_bench.scenarios.methods.baselines.vlad import SIFT_SIZE, root_sift
 
 
@@ -31,10 +33,6 @@ NO_KEYS = ImageKeys(np.zeros((0, 2), np.float32), np.zeros((0, SIFT_SIZE), np.fl
 """Those of a blank image, and of one that is missing."""
 
 
-KEY = np.dtype([("point", np.float32, 2), ("sift", np.uint8, SIFT_SIZE)])
-"""A key as it is remembered: OpenCV's descriptors are whole numbers up to 255."""
-
-
 class SparseSift:
     """Finds the keys of images; ``contrast`` is the detector's threshold, OpenCV's own default being 0.04."""
 
@@ -44,18 +42,15 @@ class SparseSift:
 
     def __call__(self, image: NDArray[np.uint8]) -> ImageKeys:
         """All keys of an image, ``NO_KEYS`` for a blank one."""
-        found = described(self._settings, image, self._found)
-        if not len(found):
-            return NO_KEYS
-        return ImageKeys(found["point"], root_sift(found["sift"].astype(np.float32)))
+        points, sift = unpacked(described(self._settings, image, lambda seen: packed(self._found(seen))))
+        return ImageKeys(points, root_sift(sift.astype(np.float32))) if len(points) else NO_KEYS
 
-    def _found(self, image: NDArray[np.uint8]) -> NDArray[np.void]:
-        """Keys as ``KEY``."""
+    def _found(self, image: NDArray[np.uint8]) -> PictureKeys:
+        """All keys; OpenCV's descriptors are whole numbers up to 255."""
         keys, sift = self._sift.detectAndCompute(image, None)
-        found = np.zeros(len(keys), KEY)
-        if keys:
-            found["point"], found["sift"] = [key.pt for key in keys], sift
-        return found
+        if not keys:
+            return NOTHING_FOUND
+        return PictureKeys(np.array([key.pt for key in keys], np.float32), np.asarray(sift, np.uint8))
 
 
 @dataclass(frozen=True, slots=True)

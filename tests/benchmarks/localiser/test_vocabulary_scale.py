@@ -44,7 +44,7 @@ def seen_again(number: int) -> np.ndarray:
 
 
 def described(image: np.ndarray, cap: int) -> np.ndarray:
-    return SiftWords("camera", SiftSettings(cap=cap)).descriptors((255 * image).astype(np.uint8))
+    return SiftWords("camera", SiftSettings(cap=cap)).keys((255 * image).astype(np.uint8)).descriptors
 
 
 class Growth(NamedTuple):

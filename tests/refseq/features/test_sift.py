@@ -25,7 +25,7 @@ def seen(image: np.ndarray) -> View:
 def test_a_blank_image_gives_nothing(value: int) -> None:
     blank = np.full((120, 160), value, np.uint8)
     words = sift()
-    assert words.descriptors(blank).shape == (0, 128)
+    assert words.keys(blank).descriptors.shape == (0, 128)
     assert len(words.learn(seen(blank))) == 0
     assert len(words.observe(seen(blank)).ids) == 0
     assert words.size == 0
@@ -37,7 +37,7 @@ def test_the_cap_keeps_the_strongest() -> None:
     used = [i for i, key in enumerate(keys) if key.octave & 0xFF in (0, 1)]
     strongest = sorted(used, key=lambda i: -keys[i].response)[:40]
     assert len(used) > 80
-    np.testing.assert_array_equal(sift(cap=40).descriptors(image), descriptors[strongest].astype(np.uint8))
+    np.testing.assert_array_equal(sift(cap=40).keys(image).descriptors, descriptors[strongest].astype(np.uint8))
 
 
 def test_only_the_full_and_the_half_resolution_are_used() -> None:
@@ -47,7 +47,7 @@ def test_only_the_full_and_the_half_resolution_are_used() -> None:
     octaves = np.array([key.octave & 0xFF for key in keys], np.uint8).view(np.int8)
     assert {-1, 0, 1, 2} <= set(octaves.tolist())  # or this test would show nothing
     expected = descriptors[(octaves == 0) | (octaves == 1)].astype(np.uint8)
-    ours = sift(cap=10_000).descriptors(image)
+    ours = sift(cap=10_000).keys(image).descriptors
     assert sorted(map(bytes, ours)) == sorted(map(bytes, expected))
 
 
@@ -57,7 +57,7 @@ def test_octaves_are_parameters() -> None:
     octaves = np.array([key.octave & 0xFF for key in keys], np.uint8).view(np.int8)
     for first, last in ((-1, 0), (1, 2), (2, 1)):
         expected = descriptors[(first <= octaves) & (octaves <= last)].astype(np.uint8)
-        ours = sift(cap=10_000, first_octave=first, last_octave=last).descriptors(image)
+        ours = sift(cap=10_000, first_octave=first, last_octave=last).keys(image).descriptors
         assert sorted(map(bytes, ours)) == sorted(map(bytes, expected))
 
 
@@ -66,7 +66,7 @@ def test_the_halved_image_gives_the_half_resolution_and_most_of_the_full_one() -
     image = texture(4, 320, 426)
     for octave, share in ((0, 0.5), (1, 0.5)):
         limits = {"first_octave": octave, "last_octave": octave, "cap": 10_000}
-        ours, expected = (sift(halved=half, **limits).descriptors(image).astype(float) for half in (True, False))
+        ours, expected = (sift(halved=half, **limits).keys(image).descriptors.astype(float) for half in (True, False))
         assert 0.7 * len(expected) < len(ours) < 1.4 * len(expected)
         nearest = np.sqrt(((expected[:, None] - ours[None]) ** 2).sum(axis=2).min(axis=1))
         assert np.mean(nearest < 100) > share
@@ -83,13 +83,13 @@ def test_a_blob_has_a_key_in_its_middle(halved: bool) -> None:
 
 
 def test_the_root_makes_the_scalar_product_hellingers() -> None:
-    descriptors = sift().descriptors(texture())
+    descriptors = sift().keys(texture()).descriptors
     rooted = root(descriptors)
     assert rooted.dtype == np.uint8
     shares = descriptors / descriptors.sum(axis=1, keepdims=True)
     expected = np.sqrt(shares) @ np.sqrt(shares).T
     np.testing.assert_allclose(rooted.astype(float) @ rooted.T.astype(float) / 512**2, expected, atol=0.01)
-    np.testing.assert_array_equal(sift(root=True).descriptors(texture()), rooted)
+    np.testing.assert_array_equal(sift(root=True).keys(texture()).descriptors, rooted)
 
 
 def test_the_root_of_an_empty_descriptor_is_empty() -> None:

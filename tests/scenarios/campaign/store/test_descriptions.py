@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from refseq.features import SiftWords
 from refseq.features.memory import described_once
-from refseq.features.sift import SiftSettings
+from refseq.features.sift import NO_KEYS, SiftSettings
+from refseq.features.word_extractor import packed
 from refseq.view import View
 from refseq_bench.scenarios.campaign.store import descriptions
 from refseq_bench.scenarios.campaign.store.cache import DESCRIPTIONS
 from refseq_bench.scenarios.campaign.store.descriptions import DESCRIBING, KeptDescriptions
 from refseq_bench.scenarios.imports.closure import closure_of
-from refseq_bench.scenarios.methods.baselines.matches import KEY
 
 ROOT = Path(__file__).resolve().parents[4]
 
@@ -42,7 +42,7 @@ def some(seed: int, size: int = 100) -> Callable[[], NDArray[np.uint8]]:
     return lambda: np.random.default_rng(seed).integers(0, 256, size, np.uint8)
 
 
-@pytest.mark.parametrize("kind", [np.uint8, np.int64, np.float32, KEY])
+@pytest.mark.parametrize("kind", [np.uint8, np.int64, np.float32, packed(NO_KEYS).dtype])
 def test_who_opens_the_file_later_has_them_at_hand(kind: np.dtype[Any], tmp_path: Path) -> None:
     made = np.frombuffer(np.random.default_rng(0).bytes(7 * np.dtype(kind).itemsize), kind)
     first, second = kept_in(tmp_path), kept_in(tmp_path)
@@ -66,7 +66,7 @@ def test_what_is_in_memory_stays_where_the_folder_changes(tmp_path: Path) -> Non
     assert np.array_equal(kept_in(tmp_path / "one").describe("other", some(2)), some(2)())
 
 
-def test_a_picture_s_words_are_those_that_were_found(tmp_path: Path) -> None:
+def test_a_picture_s_words_are_those_that_were_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     image = np.kron(np.random.default_rng(0).integers(0, 256, (12, 16), np.uint8), np.ones((10, 10), np.uint8))
     view, alone = View(0.0, {"a": image}), SiftWords("a", SiftSettings())
     expected = alone.describe(view)
@@ -75,6 +75,7 @@ def test_a_picture_s_words_are_those_that_were_found(tmp_path: Path) -> None:
         with described_once(kept_in(tmp_path)):
             np.testing.assert_array_equal(SiftWords("a", SiftSettings()).describe(view), expected)
             np.testing.assert_array_equal(SiftWords("a", SiftSettings()).shown(view).points, alone.shown(view).points)
+        monkeypatch.setattr(SiftWords, "find_keys", lambda *_: never())  # points and descriptors are kept together
 
 
 def test_other_settings_pictures_and_code_are_described_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
