@@ -22,7 +22,7 @@ LIMIT = 128 * 2**20
 
 
 class Description(NamedTuple):
-    """What was ``described``, and the ``seconds`` that it took."""
+    """Something ``described``, and the ``seconds`` that it took."""
 
     described: NDArray[Any]
     seconds: float

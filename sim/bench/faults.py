@@ -181,14 +181,19 @@ def _within(fault: Fault, kidnap: Kidnap) -> bool:
 def check_fault(fault: Fault, robot: "Robot", length: float) -> None:
     """Raise ``SimError`` for a fault that a drive of ``length`` [m] by this robot cannot have."""
     for field in fields(fault):
-        if field.name in ("at", "to", "until") and getattr(fault, field.name) > length:
-            raise SimError(
-                f"fault {fault.kind}: {field.name} = {getattr(fault, field.name):g} m is beyond the end of what is "
-                f"driven; valid is 0 to {length:.1f} m"
-            )
+        if field.name in ("at", "to", "until"):
+            check_driven(fault.kind, field.name, getattr(fault, field.name), length)
     if isinstance(fault, CameraBlack) and fault.camera not in robot.cameras:
         valid = ", ".join(robot.cameras)
         raise SimError(f"fault {fault.kind}: camera '{fault.camera}' is not on {robot.name}; valid are {valid}")
+
+
+def check_driven(kind: str, name: str, way: float, length: float) -> None:
+    """Raise ``SimError`` for a fault of some ``kind`` whose ``name`` lies beyond the ``length`` that is driven [m]."""
+    if way > length:
+        raise SimError(
+            f"fault {kind}: {name} = {way:g} m is beyond the end of what is driven; valid is 0 to {length:.1f} m"
+        )
 
 
 def _require_ways(kind: str, **ways: float) -> None:

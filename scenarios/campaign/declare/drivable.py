@@ -13,7 +13,7 @@ from refseq_bench.robots import Robot
 from refseq_bench.robots.behaviours.written import parse_behaviour
 from refseq_bench.scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
-from refseq_bench.sim.bench.faults import CameraBlack, check_fault
+from refseq_bench.sim.bench.faults import CameraBlack, check_driven, check_fault
 from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.drives.operator import Operator
 from refseq_bench.sim.drives.signal_faults import SignalFault
@@ -52,23 +52,22 @@ def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
     for fault in drive.faults:
         check_fault(fault, robot, length)
         if isinstance(fault, CameraBlack):
-            _check_asked(fault.kind, (fault.camera,), recorded(drive))
+            _check_asked(fault.kind, (fault.camera,), _recorded(drive))
 
 
 def check_signal_faults(drive: Drive, faults: Sequence[SignalFault], sensors: Sequence[str] | None) -> None:
-    """Raise ``ScenarioError`` for a fault that no view of the drive can have: beyond its end, of a sensor not asked.
+    """Raise ``ScenarioError`` or ``SimError`` for a fault that no view of the drive can have.
+
+    It is beyond the drive's end, or of a sensor that is not looked at or not there.
 
     ``sensors`` are those that are looked at, None: all.
     """
-    length, asked = check_route(drive), tuple(sensors or recorded(drive))
+    length, asked = check_route(drive), tuple(sensors or _recorded(drive))
     for fault in faults:
         check_sensors(fault.sensors, _robot(drive.robot))
         _check_asked(fault.kind, fault.sensors, asked)
-        if fault.at > length and not drive.behaviours:
-            raise ScenarioError(
-                f"fault {fault.kind}: at = {fault.at:g} m is beyond the end of what is driven; valid is 0 to "
-                f"{length:.1f} m"
-            )
+        if not drive.behaviours:  # they drive as far as they come
+            check_driven(fault.kind, "at", fault.at, length)
 
 
 def _check_asked(kind: str, wanted: Sequence[str], asked: Sequence[str]) -> None:
@@ -77,7 +76,7 @@ def _check_asked(kind: str, wanted: Sequence[str], asked: Sequence[str]) -> None
             raise ScenarioError(f"fault {kind}: nothing is taken of {sensor!r} here; valid are {', '.join(asked)}")
 
 
-def recorded(drive: Drive) -> tuple[str, ...]:
+def _recorded(drive: Drive) -> tuple[str, ...]:
     """The sensors of which a drive's views hold something."""
     cameras = () if drive.renderer is RendererKind.NONE else tuple(_robot(drive.robot).cameras)
     return (*cameras, LASER)

@@ -115,7 +115,7 @@ def _outline(map_: Map, world: str | None) -> Sequence[NDArray[np.float64]]:
 
 
 def _refused(map_: Map) -> str:
-    """Why no mission can be run where the map was learnt, and what to do; empty where one can."""
+    """Reason that no mission can be run where the map was learnt, and what to do; empty where one can."""
     try:
         check_world(map_, "refseq mission page MAP --world")
     except ScenarioError as error:

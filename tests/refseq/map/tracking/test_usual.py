@@ -139,7 +139,7 @@ def test_the_views_of_a_stand_are_one(maps: tuple[Map, Map]) -> None:
 
 
 def both(brought: float) -> dict[str, np.ndarray]:
-    """What two cameras bring everywhere."""
+    """Log ratios that two cameras bring, everywhere the same."""
     return {f"sift/{camera}": np.full(COUNT, brought) for camera in CAMERAS}
 
 
