@@ -62,7 +62,7 @@ def learn(
     extractors = make_extractors(names, wanted, chosen)
     check_motions(drive)
     check_way(drive)
-    columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.keeps_keys else ())
+    columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
     for view in (usable(one, wanted) for one in drive):
         columns.append({one.key: one.learn(view) for one in extractors if one.sensor in view.sensors})
         keys.add(view)

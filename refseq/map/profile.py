@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cache, lru_cache
@@ -171,13 +171,15 @@ def _change(content: dict[str, Any], change: str) -> None:
 LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
-        "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "geometry_alone": 0, "turns": 0.0, "usual": 0},
+        "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "turns": 0.0, "usual": 0},
         "neural": asdict(NeuralSettings()),
         "motion": {"stands_once": False, "odometer_scale": 0.0},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
     }
 )
 """Settings that maps of earlier versions lack, with the values that do as those versions did."""
+FORMER: Mapping[str, Collection[str]] = MappingProxyType({"log_ratio": {"geometry_alone"}})
+"""Settings that maps of earlier versions have and nothing asks any more."""
 ADDED = ("neural",)
 """Parts that maps of earlier versions lack as a whole."""
 DIGEST = re.compile("[0-9a-f]{64}|")
@@ -195,7 +197,8 @@ def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
     types = _types_of(kind)
     if not isinstance(given, dict):
         raise ValueError(f"profile.{name} is {given!r:.60}; valid is a table of {', '.join(sorted(types))}")
-    values = {**LATER.get(name, {}), **given}
+    known = {key: value for key, value in given.items() if key not in FORMER.get(name, ())}
+    values = {**LATER.get(name, {}), **known}
     if other := sorted(set(values) ^ set(types)):
         told = "unknown" if other[0] in values else "missing"
         raise ValueError(f"profile.{name}.{other[0]:.60} is {told}; valid are {', '.join(sorted(types))}")

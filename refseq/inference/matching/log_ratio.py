@@ -35,12 +35,11 @@ class LogRatioSettings:
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
     while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked:
     words of a laser tell the corridor rather than the place. ``geometry`` is the same of a view's keys of SIFT, which a
-    map that is learnt with both holds for each place: each takes 0.3 ms a camera; ``geometry_alone`` where one sensor
-    alone is asked. ``turns`` is how much of the way
-    behind the robot the chain compares with the ways to the places (``refseq.inference.chain.turns_behind``) [m]; 0:
-    none. ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they
-    brought there (``refseq.map.tracking.usual``): a view by two sensors or more that brings less speaks against a
-    place; 0: none.
+    map that is learnt with it holds for each place: each takes 0.3 ms a camera. ``turns`` is how much of the way behind
+    the robot the chain compares with the ways to the places (``refseq.inference.chain.turns_behind``) [m]; 0: none.
+    ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they brought
+    there (``refseq.map.tracking.usual``): a view by two sensors or more that brings less speaks against a place; 0:
+    none.
     """
 
     blind: float = 0.2
@@ -50,14 +49,8 @@ class LogRatioSettings:
     scans: int = 0
     scans_alone: int = 0
     geometry: int = 0
-    geometry_alone: int = 0
     turns: float = 0.0
     usual: int = 0
-
-    @property
-    def keeps_keys(self) -> bool:
-        """True where maps hold the keys of their places."""
-        return bool(self.geometry or self.geometry_alone)
 
     def __post_init__(self) -> None:
         """Raise ``ValueError`` for a ``blind`` that is no such chance."""

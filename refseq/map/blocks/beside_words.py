@@ -19,7 +19,7 @@ class BesideWords:
     """
 
     def __init__(self, map_: Map, sensors: Collection[str]) -> None:
-        self._poses, self._keys = PosesBeside(map_), KeyBlock(map_, sensors)
+        self._poses, self._keys = PosesBeside(map_), KeyBlock(map_)
         self._few = FewPlaces(map_, [ScanBlock(map_, self._poses, sensors), self._keys])
 
     def take(self, guard: SensorGuard) -> None:

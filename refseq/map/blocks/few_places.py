@@ -49,7 +49,9 @@ class FewPlaces:
     """
 
     def __init__(self, map_: Map, blocks: Sequence[Block]) -> None:
-        self._map, self._blocks = map_, [block for block in blocks if block.most]
+        self._map = map_
+        # What is blind where words are is one product with them; a ratio of its own is multiplied behind it.
+        self._blocks = sorted((block for block in blocks if block.most), key=lambda block: -block.blind)
 
     def weighed(self, measured: Sequence[Measurement], last: Belief | None) -> list[Measurement]:
         """Measurements with the blocks' evidence; ``last`` is the belief on the view before, where it is a prior."""

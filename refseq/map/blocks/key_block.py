@@ -1,10 +1,13 @@
 """Geometry as evidence: a view's keys laid on those of the few likeliest places (docs/decisions/0040-keys-that-fit.md).
 
 Words count which keys a place shares with the view. The fit tells whether they lie as they did there: given how many
-match, it is told how many of them fit. That share does not depend on light, which takes matches away at all places.
+match, it is told how many of them fit.
+
+Keys that fit speak for a place, those that do not never against it (docs/decisions/0049-fits-speak-for.md). In another
+light than the map's most keys of a picture may be noise, which fits nowhere, the robot's own place among them.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,27 +24,27 @@ FEWEST = 6
 """Fewer matches tell nothing, for or against: a place that shows nothing to fit is neither likely nor unlikely."""
 PRIOR = 8.0
 """So many matches that do not fit are added to those of each place: of few, a large share is worth less."""
+BESIDE = 2
+"""Places of a sequence so many numbers apart are beside each other, and show one wall."""
 ZOOM = 0.1
 """Of places beside each other one counts less the larger or smaller it is seen: by a factor of 0.6 for so much, as a
 logarithm."""
-BESIDE = 2
-"""Places so many numbers apart are beside each other."""
+FARTHEST = 2.0
+"""A place counts less than its neighbours by no more than this, as a logarithm, and by that where no keys fit."""
 
 
 class KeyBlock:
     """Log-likelihood ratios by the fit of a view's keys, all its cameras together.
 
-    ``most``, ``log_ratio.geometry`` of the map's profile, is how many places keys are laid on; it is
-    ``log_ratio.geometry_alone`` where one of the ``sensors`` alone is asked.
+    ``most``, ``log_ratio.geometry`` of the map's profile, is how many places keys are laid on.
     """
 
-    def __init__(self, map_: Map, sensors: Collection[str]) -> None:
+    def __init__(self, map_: Map) -> None:
         self._map = map_
         self.take({})
         self._calibrations: dict[frozenset[str], Calibration] = {}
         settings = map_.profile.log_ratio
-        self.most = int(settings.geometry_alone if len(sensors) == 1 else settings.geometry)
-        self.blind = settings.blind
+        self.most, self.blind = int(settings.geometry), settings.blind
 
     def take(self, view: Mapping[str, PictureKeys]) -> None:
         """Take the next view's keys, by camera."""
@@ -53,14 +56,22 @@ class KeyBlock:
         return any(len(keys.points) for keys in self._view.values())
 
     def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Log-likelihood ratios of some places, (n,): 0 where too few keys match."""
+        """Log-likelihood ratios of some places, (n,), 0 or more."""
         cameras = frozenset(self._view)
         if cameras not in self._calibrations:
             self._calibrations[cameras] = self._calibration(cameras)
         fits = [self._fit(place) for place in places.tolist()]
         told = self._calibrations[cameras].log_ratios(np.array([score(fit) for fit in fits]))
         told[[fit.matches < FEWEST for fit in fits]] = 0.0
-        return nearest_of_neighbours(places, told, np.log([fit.scale for fit in fits]))
+        zoom = np.array([np.log(fit.scale) if fit.inliers else np.inf for fit in fits])
+        return shared(self.beside(places), np.maximum(told, 0.0), zoom)
+
+    def beside(self, places: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Pairs of some places that are beside each other, (n, n)."""
+        sequences = np.searchsorted(self._map.first, places, side="right")
+        beside: NDArray[np.bool_] = np.abs(places[:, None] - places) <= BESIDE
+        beside &= sequences[:, None] == sequences
+        return beside
 
     def _fit(self, place: int) -> KeyFit:
         """The view's keys laid on a place's, for all stages that ask."""
@@ -97,17 +108,17 @@ def score(fit: KeyFit) -> float:
     return fit.inliers / (fit.matches + PRIOR)
 
 
-def nearest_of_neighbours(
-    places: NDArray[np.intp], log_ratios: NDArray[np.float64], zoom: NDArray[np.float64]
+def shared(
+    beside: NDArray[np.bool_], log_ratios: NDArray[np.float64], zoom: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Ratios of places (n,) of which those count less whose neighbours are seen more nearly as large as they were.
+    """Ratios of places (n,), 0 or more, of which those ``beside`` (n, n) each other show one wall.
 
-    Only what speaks for a place is taken away, so that places elsewhere average no more than before.
+    How well keys fit tells the wall: each place has the best fit of its neighbours. Which of them is the robot's, the
+    ``zoom`` (n,) tells: a place counts less by as much as the view shows it larger or smaller, as a logarithm; infinite
+    where nothing fits.
     """
-    speaks = np.flatnonzero(log_ratios > 0)
-    penalty = np.square(np.clip(zoom[speaks] / ZOOM, -2, 2)) / 2
-    beside = np.abs(places[speaks, None] - places[speaks]) <= BESIDE
-    least = np.where(beside, penalty, np.inf).min(axis=1, initial=np.inf)
-    told = log_ratios.copy()
-    told[speaks] = np.maximum(told[speaks] - (penalty - least), 0.0)
-    return told
+    farther = np.minimum(np.square(zoom / ZOOM) / 2, FARTHEST)
+    nearest = np.where(beside, farther, np.inf).min(axis=1)
+    best = np.where(beside, log_ratios, 0.0).max(axis=1, initial=0.0)
+    ratios: NDArray[np.float64] = np.maximum(best - (farther - nearest), 0.0)
+    return ratios

@@ -93,7 +93,6 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "scans": (0, 1000),
             "scans_alone": (0, 1000),
             "geometry": (0, 1000),
-            "geometry_alone": (0, 1000),
             "turns": LENGTH,
             "usual": (0, 10_000),
         },
