@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 
 import cv2
 import numpy as np
@@ -9,7 +10,9 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.scans import mounted
 from refseq.logs.source import Sample
+from refseq.logs.transforms import Mount
 from refseq.view import Scan
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset, clock_offset, picture_turns, scan_turns
 from refseq_bench.scenarios.log_tools.survey import is_picture, motion_origin
@@ -32,9 +35,9 @@ class _Seen:
     scans: list[Scan] = field(default_factory=list)
     profiles: list[NDArray[np.float32]] = field(default_factory=list)
 
-    def add(self, sample: Sample) -> None:
+    def add(self, sample: Sample, mount: Mount | None) -> None:
         if isinstance(sample.content, Scan):
-            self.scans.append(sample.content)
+            self.scans.append(mounted(sample.content, mount))
         elif is_picture(sample.content):
             image = sample.content.decode()
             height = max(1, round(len(image) * COLUMNS / image.shape[1]))
@@ -67,6 +70,8 @@ def _samples(plan: ViewPlan, begin: float, end: float) -> Mapping[str, _Seen]:
     """The sensors' samples in a stretch of time; a picture that cannot be decoded ends what is told of its topic."""
     seen: dict[str, _Seen] = {}
     broken: set[str] = set()
+    # As the views will have them: a laser that hangs upside down, and says so, sees no turn the other way.
+    mount = cache(lambda frame: plan.tree.mount(frame, plan.base) if plan.base else None)
     for sample in plan.source.samples(tuple(plan.findings.sensors)):
         if not begin <= sample.time <= end or sample.topic in broken:
             if sample.time > end + 5.0:  # logs are written in order, but for a few seconds
@@ -75,7 +80,7 @@ def _samples(plan: ViewPlan, begin: float, end: float) -> Mapping[str, _Seen]:
         found = seen.setdefault(sample.topic, _Seen())
         if len(found.stamps) < MOST_SAMPLES:
             try:
-                found.add(sample)
+                found.add(sample, mount(sample.frame))
             except LogError:
                 broken.add(sample.topic)
     return seen

@@ -76,6 +76,18 @@ def test_a_late_laser_is_told_by_its_turns_and_set_right(tmp_path: Path) -> None
     assert any("turns to the left" in fact.text for fact in facts_of(found))
 
 
+@pytest.mark.parametrize(("mounts", "told"), [(True, False), (False, True)])
+def test_a_laser_that_hangs_upside_down_is_told_unless_its_mount_says_so(
+    tmp_path: Path, mounts: bool, told: bool
+) -> None:
+    setup = RosSetup(upside_down=True, mounts=mounts, image_format=None, laser=Pose(0.0, 0.0, 0.4))
+    found = check_log(write_rosbag2(tmp_path / "bag", Swaying(seconds=20.0), setup), DriveSelection())
+    offset = found.offsets["laser"]
+    assert offset is not None
+    assert (offset.correlation < 0) is told
+    assert [("the other way" in line) for line in found.warnings] == [True] * told
+
+
 def test_a_path_that_is_driven_twice_is_split(tmp_path: Path) -> None:
     """The second half of a log can be asked where it is on the first."""
 
