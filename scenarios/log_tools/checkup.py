@@ -19,8 +19,9 @@ from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps
 from refseq_bench.scenarios.drives.repeated_truth import one_path
 from refseq_bench.scenarios.drives.truth_fit import truth_doubt
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
+from refseq_bench.scenarios.log_tools.clocks.turns import sensor_offsets
 from refseq_bench.scenarios.log_tools.cost import TIMED, ExpectedCost, expected_cost
-from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import (
     LogSurvey,
     TopicSurvey,
@@ -33,7 +34,6 @@ from refseq_bench.scenarios.log_tools.survey import (
 )
 from refseq_bench.scenarios.log_tools.travel import Travel, positions, travel
 from refseq_bench.scenarios.log_tools.troubles import troubles_of
-from refseq_bench.scenarios.log_tools.turns import sensor_offsets
 from refseq_bench.scenarios.log_tools.verdicts import PROFILE, LogVerdict, Prospect, Usability, verdicts
 from refseq_bench.scenarios.log_tools.warnings import warnings_of
 

@@ -9,6 +9,7 @@ from refseq_bench.scenarios.report.words import duration_text, size_text
 
 if TYPE_CHECKING:  # a list of topics needs none of them
     from refseq_bench.scenarios.log_tools.checkup import LogCheckup
+    from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
     from refseq_bench.scenarios.log_tools.drift import OdometryDrift
     from refseq_bench.scenarios.log_tools.scan_statistics import ScanStatistics
 
@@ -83,7 +84,7 @@ def facts_of(checkup: "LogCheckup") -> list[Fact]:
     if plan is None:
         return []
     found = [Fact("drive", _drive(checkup)), Fact("views", _views(checkup))]
-    if told := [f"{name} {_lag(offset.lag)}" for name, offset in checkup.offsets.items() if offset is not None]:
+    if told := [f"{name} {_lag(offset)}" for name, offset in checkup.offsets.items() if offset is not None]:
         found.append(Fact("clocks", f"{', '.join(told)}, by the turns that sensors and odometry see"))
     if checkup.cost is not None:
         size, seconds = size_text(checkup.cost.memory), duration_text(checkup.cost.learning)
@@ -108,7 +109,8 @@ def _views(checkup: "LogCheckup") -> str:
     return f"{whole}; {checkup.views} of them with --thin {thin:g}" if thin else whole
 
 
-def _lag(seconds: float) -> str:
-    if abs(seconds) < 0.005:
-        return "on time"
-    return f"{abs(seconds):.2f} s {'late' if seconds > 0 else 'early'}"
+def _lag(offset: "ClockOffset") -> str:
+    within = f"(± {max(offset.error, 0.01):.2f} s)"
+    if not offset.differs():
+        return f"on time {within}"
+    return f"{abs(offset.lag):.2f} s {'late' if offset.lag > 0 else 'early'} {within}"

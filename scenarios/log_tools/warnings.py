@@ -7,12 +7,9 @@ from refseq.logs.findings import Findings
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import EMPTY, NO_VALUE, Role
 from refseq.view import LASER
-from refseq_bench.scenarios.log_tools.offsets import ClockOffset
+from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, scans_of, topic_of
 from refseq_bench.scenarios.log_tools.units import unit_doubts
-
-LATE = 0.05
-"""Offsets between sensors from here on are told [s]: at 1 m/s they move a view by 5 cm."""
 
 OTHER_CLOCK = 0.25
 """Stamps whose delay differs so much from that of the odometry's come from another clock [s]."""
@@ -106,7 +103,7 @@ def _of_offsets(findings: Findings, offsets: Mapping[str, ClockOffset | None]) -
                 f"{topic}: sees the robot turn the other way than {motion} tells (correlation "
                 f"{offset.correlation:.2f}): upside down, mirrored, or odometry of the wrong sign"
             )
-        elif abs(offset.lag) > LATE:
+        elif offset.differs():
             word = "late" if offset.lag > 0 else "early"
             yield (
                 f"{topic}: its stamps are {abs(offset.lag):.2f} s {word} against {motion}, by the turns that "

@@ -9,7 +9,7 @@ import pytest
 
 from refseq.logs.source import EMPTY
 from refseq.view import Scan, View
-from refseq_bench.scenarios.log_tools.offsets import ClockOffset
+from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.warnings import times, warnings_of
 
 

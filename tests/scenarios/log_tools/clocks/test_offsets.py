@@ -5,7 +5,8 @@ import pytest
 
 from refseq.planar import Pose
 from refseq.view import Scan
-from refseq_bench.scenarios.log_tools.offsets import clock_offset, picture_turns, scan_turns
+from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset, clock_offset
+from refseq_bench.scenarios.log_tools.clocks.shifts import picture_turns, scan_turns
 from tests.refseq.rooms import cast, rectangle
 
 ROOM = [*rectangle(-6, -4, 7, 5), *rectangle(1, 2, 3, 3), (-4, -4, -2, -1)]
@@ -50,6 +51,44 @@ def test_without_turns_there_is_nothing_to_tell():
 def test_sensors_that_see_other_turns_are_not_compared():
     turns = np.random.default_rng(1).normal(0, 0.1, len(STAMPS) - 1)
     assert clock_offset(STAMPS, turns, TIMES, HEADINGS) is None
+
+
+def noisy(lag: float, noise: float, seed: int, period: float = 0.2) -> ClockOffset | None:
+    """A minute of a robot that wanders, with ``noise`` [rad] in its heading, and a laser ``lag`` [s] late."""
+    rng = np.random.default_rng(seed)
+    fine = np.arange(-2.0, 62.0, 0.02)
+    rate = np.convolve(rng.normal(size=len(fine)), np.exp(-0.5 * (np.arange(-150, 151) / 30) ** 2), "same")
+    heading = np.cumsum(0.02 * 0.25 * rate / rate.std())
+    odometer = np.arange(0.0, 60.0, 0.05)
+    told = np.interp(odometer, fine, heading) + noise * rng.normal(size=len(odometer))
+    stamps = np.arange(0.03, 59.0, period)
+    seen = np.diff(np.interp(stamps - lag, fine, heading)) + 0.005 * rng.normal(size=len(stamps) - 1)
+    return clock_offset(stamps, seen, stamps, np.interp(stamps, odometer, told))
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.03, 0.05])
+def test_of_a_noisy_heading_no_offset_is_invented(noise: float) -> None:
+    """Interpolated noise is weakest half a period beside the stamps; that was taken for an offset nine times in ten."""
+    found = [noisy(0.0, noise, seed) for seed in range(25)]
+    assert sum(one is not None and one.differs() for one in found) <= 1
+    assert sum(one is None for one in found) <= 1
+
+
+@pytest.mark.parametrize("lag", [0.1, 0.2, 0.3, -0.4])
+def test_a_real_offset_is_found_in_noise_and_its_error_is_true(lag: float) -> None:
+    found = [noisy(lag, 0.02, seed) for seed in range(15)]
+    told = [one for one in found if one is not None and one.differs()]
+    assert len(told) >= 14
+    assert all(one.lag == pytest.approx(lag, abs=0.05) for one in told)
+    off = np.sqrt(np.mean([(one.lag - lag) ** 2 for one in told]))
+    assert 0.4 < np.median([one.error for one in told]) / off < 2.5
+
+
+def test_an_offset_within_what_chance_gives_is_none() -> None:
+    assert ClockOffset(0.2, 0.9, error=0.02).differs()
+    assert not ClockOffset(0.2, 0.9, error=0.06).differs()
+    assert not ClockOffset(0.04, 0.9, error=0.001).differs()
+    assert not ClockOffset(3.71, 0.9, error=0.01).differs(3.7)
 
 
 def test_turns_have_their_sign_and_size():

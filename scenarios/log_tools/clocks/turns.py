@@ -14,7 +14,8 @@ from refseq.logs.scans import mounted
 from refseq.logs.source import Sample
 from refseq.logs.transforms import Mount
 from refseq.view import Scan
-from refseq_bench.scenarios.log_tools.offsets import ClockOffset, clock_offset, picture_turns, scan_turns
+from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset, clock_offset
+from refseq_bench.scenarios.log_tools.clocks.shifts import picture_turns, scan_turns
 from refseq_bench.scenarios.log_tools.survey import is_picture, motion_origin
 
 STRETCH = 60.0
@@ -91,4 +92,4 @@ def _offset(seen: _Seen | None, times: NDArray[np.float64], headings: NDArray[np
         return None
     turns = scan_turns(seen.scans) if seen.scans else picture_turns(seen.profiles)
     found = clock_offset(np.array(seen.stamps), turns, times, headings)
-    return found if found is None or seen.scans else ClockOffset(found.lag, found.correlation)
+    return found if found is None or seen.scans else ClockOffset(found.lag, found.correlation, error=found.error)
