@@ -226,13 +226,13 @@ def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewP
 
     if selection.thin is not None and not math.isfinite(selection.thin):
         raise ScenarioError(f"thin {selection.thin} is not valid; it should be a number of metres, 0 or more")
-    plan = plan_views(source, _pairing(selection))
+    plan = plan_views(source, pairing_options(selection))
     if selection.times is not None:
         return plan.at(selection.times)
     return plan.between(stretch(selection.views, len(plan), source.path))
 
 
-def _pairing(selection: DriveSelection) -> "PairingOptions":
+def pairing_options(selection: DriveSelection) -> "PairingOptions":
     """Topics and trajectories of a selection."""
     from refseq.logs import PairingOptions
 

@@ -14,13 +14,13 @@ from refseq.logs import open_log
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
 from refseq.view import LASER, Scan, View
-from refseq_bench.scenarios.drives.inputs import DriveSelection, plan_drive
+from refseq_bench.scenarios.drives.inputs import DriveSelection
 from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps
 from refseq_bench.scenarios.drives.repeated_truth import one_path
 from refseq_bench.scenarios.drives.truth_fit import truth_doubt
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.log_tools.clocks.late import ClockedDrive, SensorClock, clocked_drive
 from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
-from refseq_bench.scenarios.log_tools.clocks.turns import sensor_offsets
 from refseq_bench.scenarios.log_tools.cost import TIMED, ExpectedCost, expected_cost
 from refseq_bench.scenarios.log_tools.survey import (
     LogSurvey,
@@ -52,9 +52,10 @@ MOST = 0.5
 class LogCheckup:
     """A log with its verdicts, and what they rest on.
 
-    ``plan`` are the views before thinning, None where there is none, for the reason in ``refusal``; ``views`` is their
-    number after it. ``path`` (n, 3) is the way by odometry: x, y [m] and heading [rad]. ``offsets`` are by the names
-    of sensors. ``taken`` says of each topic what it is taken as, or why it is not.
+    ``selection`` is the one asked for, with the clocks set right that were found to differ. ``plan`` are the views
+    before thinning, None where there is none, for the reason in ``refusal``; ``views`` is their number after it.
+    ``path`` (n, 3) is the way by odometry: x, y [m] and heading [rad]. ``clocks`` are by the names of sensors.
+    ``taken`` says of each topic what it is taken as, or why it is not.
     """
 
     survey: LogSurvey
@@ -65,11 +66,16 @@ class LogCheckup:
     path: NDArray[np.float64]
     truth: NDArray[np.float64]
     travel: Travel
-    offsets: Mapping[str, ClockOffset | None]
+    clocks: Mapping[str, SensorClock]
     cost: ExpectedCost | None
     taken: Mapping[str, str]
     warnings: tuple[str, ...]
     verdicts: tuple[LogVerdict, ...]
+
+    @property
+    def offsets(self) -> dict[str, ClockOffset | None]:
+        """Offsets of sensors' clocks by turns, by their names; None where none can be told."""
+        return {name: clock.offset for name, clock in self.clocks.items()}
 
     @property
     def usable(self) -> bool:
@@ -80,7 +86,8 @@ class LogCheckup:
 def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     """Check a log up. Raises ``LogError`` and ``ScenarioError`` for what is no log, and for a selection beside it."""
     source = open_log(path)
-    plan, refusal = _planned(source, selection)
+    clocked, refusal = _planned(source, selection)
+    plan, selection = (clocked.plan, clocked.selection) if clocked else (None, selection)
     found = survey(source)
     if selection.thin is None and plan is not None and motion_origin(plan.findings) and _spacing(plan) < DENSE:
         selection = replace(selection, thin=USUAL_SPACING)
@@ -93,8 +100,8 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     places = true if len(true) > MOST * len(way) and not same else way
     jumps = odometry_jumps(plan.views) if plan else []
     driven = _travelled(way, places, jumps=bool(jumps))
-    prospect = Prospect(path, selection, plan, refusal, views, driven, same, troubles, jumps)
-    offsets = sensor_offsets(plan) if plan else {}
+    clocks, late = (clocked.clocks, clocked.found) if clocked else ({}, {})
+    prospect = Prospect(path, selection, plan, refusal, views, driven, same, troubles, jumps, late)
     doubts = _doubts(plan, selection)
     return LogCheckup(
         survey=found,
@@ -105,20 +112,21 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
         path=way,
         truth=true,
         travel=prospect.travel,
-        offsets=offsets,
+        clocks=clocks,
         cost=cost,
         taken={topic.name: taken_as(topic, plan) for topic in found.topics},
-        warnings=(*doubts, *warnings_of(found, plan, offsets)),
+        warnings=(*doubts, *warnings_of(found, plan, clocks)),
         verdicts=verdicts(prospect),
     )
 
 
-def _planned(source: LogSource, selection: DriveSelection) -> tuple[ViewPlan | None, str]:
+def _planned(source: LogSource, selection: DriveSelection) -> tuple[ClockedDrive | None, str]:
     """The views that the log would give; None, and why, where its content gives none."""
     try:
-        return plan_drive(source, selection), ""
+        return clocked_drive(source, selection), ""
     except LogError as error:
-        if (selection.topics, selection.odometry, selection.truth) != (None, None, None):  # they may be what is wrong
+        asked = (selection.topics, selection.odometry, selection.truth, selection.late)
+        if any(one is not None for one in asked):  # they may be what is wrong
             raise
         return None, str(error).removeprefix(f"{source.path}: ")
 

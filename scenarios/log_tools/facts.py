@@ -106,6 +106,8 @@ def _views(checkup: "LogCheckup") -> str:
     whole = times(len(plan) if plan else 0, "view")
     if plan and plan.findings.leading:
         whole += f" at the times of {plan.findings.leading}, others within {1000 * plan.findings.tolerance:.0f} ms"
+    if checkup.selection.late:
+        whole += f", with --late {checkup.selection.late}"
     return f"{whole}; {checkup.views} of them with --thin {thin:g}" if thin else whole
 
 

@@ -3,7 +3,7 @@
 import math
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import pairwise
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 from refseq.logs.pairing.plan import ViewPlan
 from refseq_bench.scenarios.drives.inputs import DriveSelection
 from refseq_bench.scenarios.drives.odometry_doubts import OdometryJump
+from refseq_bench.scenarios.log_tools.clocks.late import late_words
 from refseq_bench.scenarios.log_tools.survey import motion_origin
 from refseq_bench.scenarios.log_tools.travel import Travel
 
@@ -25,6 +26,8 @@ SHORT = 1.0
 WORTH_SPLITTING = 0.05
 """Share of the path that has to be driven twice before it is worth to localise the one part in the other."""
 
+OF_ANOTHER = "; `refseq log check SECOND` tells those of that one"
+"""Said where a second log is localised: a clock that was never set begins anew with each drive."""
 
 PROFILE = "best"
 """The profile to learn by: on logs of others it is right more often than the thesis', with any sensors."""
@@ -54,7 +57,8 @@ class Prospect:
 
     ``plan`` is None where no view comes of the log, for the reason in ``refusal``; ``views`` counts those that stay
     after thinning by ``selection``. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
-    of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry.
+    of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry. ``late`` sensors, by
+    name, have clocks that ``selection`` sets right by so much [s].
     """
 
     path: Path
@@ -66,6 +70,7 @@ class Prospect:
     truth_is_odometry: bool = False
     troubles: Mapping[str, str] = field(default_factory=dict)
     jumps: Sequence[OdometryJump] = ()
+    late: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def well(self) -> tuple[str, ...]:
@@ -87,7 +92,17 @@ class Prospect:
 
 def verdicts(prospect: Prospect) -> tuple[LogVerdict, ...]:
     """Judge a log for each of the tasks."""
-    return (_learn(prospect), _localise(prospect), _score(prospect))
+    learn, localise = (_by_clocks(prospect, one) for one in (_learn(prospect), _localise(prospect)))
+    return (learn, localise, _score(prospect))
+
+
+def _by_clocks(of: Prospect, verdict: LogVerdict) -> LogVerdict:
+    """The verdict, with what has to be typed for clocks that differ."""
+    if not of.late or verdict.usability is Usability.FAILS:
+        return verdict
+    other = any("SECOND" in command for command in verdict.commands)
+    more = f", with --late {','.join(late_words(of.late))} as its clocks differ{OF_ANOTHER if other else ''}"
+    return replace(verdict, reason=f"{verdict.reason}{more}")
 
 
 def _learn(of: Prospect) -> LogVerdict:
@@ -205,5 +220,10 @@ def selection_words(selection: DriveSelection) -> list[str]:
     words = [f"--views {shlex.quote(selection.views)}"] if selection.views else []
     words += [f"--thin {selection.thin:g}"] if selection.thin else []
     words += [f"--tolerance {selection.tolerance:g}"] if selection.tolerance is not None else []
-    given = {"odometry": selection.odometry, "truth": selection.truth, "topics": selection.topics}
+    given = {
+        "late": selection.late,
+        "odometry": selection.odometry,
+        "truth": selection.truth,
+        "topics": selection.topics,
+    }
     return words + [f"--{name} {shlex.quote(value)}" for name, value in given.items() if value is not None]

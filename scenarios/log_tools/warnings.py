@@ -7,12 +7,9 @@ from refseq.logs.findings import Findings
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import EMPTY, NO_VALUE, Role
 from refseq.view import LASER
-from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
+from refseq_bench.scenarios.log_tools.clocks.late import SensorClock, late_words
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, scans_of, topic_of
 from refseq_bench.scenarios.log_tools.units import unit_doubts
-
-OTHER_CLOCK = 0.25
-"""Stamps whose delay differs so much from that of the odometry's come from another clock [s]."""
 
 MUCH_UNPAIRED = 0.1
 """Share of a sensor's samples without a view from which on it is told."""
@@ -21,7 +18,7 @@ FALSE_GAIN = 0.3
 """The laser's turns may differ from the odometer's by this share."""
 
 
-def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, ClockOffset | None]) -> tuple[str, ...]:
+def warnings_of(found: LogSurvey, plan: ViewPlan | None, clocks: Mapping[str, SensorClock]) -> tuple[str, ...]:
     """Everything about a log that its owner should look at, in the order of weight."""
     lines: list[str] = []
     if not found.source.complete:
@@ -29,8 +26,7 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, C
     lines += _of_clocks(found)
     lines += _of_empty(found)
     if plan is not None:
-        lines += _of_other_clocks(found, plan.findings)
-        lines += _of_offsets(plan.findings, offsets)
+        lines += _of_sensor_clocks(plan.findings, clocks)
         lines += _of_pairing(found, plan.findings)
         lines += unit_doubts(found, plan)
         lines += _of_layouts(found, plan.findings)
@@ -79,38 +75,36 @@ def _of_clock(topic: TopicSurvey, start: float) -> Iterator[str]:
         yield (f"{times(len(timing.gaps), 'pause')}, the longest of {gap.length:.1f} s at {gap.start - start:.1f} s")
 
 
-def _of_other_clocks(found: LogSurvey, findings: Findings) -> Iterator[str]:
-    topics = {topic.name: topic for topic in found.topics}
-    motion = topic_of(motion_origin(findings))
-    own = topics[motion].timing.delay if motion in topics else math.nan
-    for topic, sensor in findings.sensors.items():
-        apart = topics[topic].timing.delay - own
-        if abs(apart) > OTHER_CLOCK:
-            yield (
-                f"{topic}: stamped by another clock than {motion}: {-apart:+.2f} s by the times of logging; "
-                f"--late {sensor}={-apart:.2f} sets them right"
-            )
-
-
-def _of_offsets(findings: Findings, offsets: Mapping[str, ClockOffset | None]) -> Iterator[str]:
+def _of_sensor_clocks(findings: Findings, clocks: Mapping[str, SensorClock]) -> Iterator[str]:
+    """Warnings about sensors' clocks, and about turns that a sensor sees in another way than the odometry."""
     motion = motion_origin(findings)
     for topic, sensor in findings.sensors.items():
-        offset = offsets.get(sensor)
-        if offset is None:
+        clock = clocks.get(sensor, SensorClock())
+        if (late := clock.found) is not None:
+            yield f"{topic}: {_of_delay(clock, motion)}; --late {late_words({sensor: late})[0]} sets them right"
+        if (offset := clock.offset) is None:
             continue
-        if offset.correlation < 0:
+        if not clock.agrees:
             yield (
                 f"{topic}: sees the robot turn the other way than {motion} tells (correlation "
                 f"{offset.correlation:.2f}): upside down, mirrored, or odometry of the wrong sign"
             )
-        elif offset.differs():
-            word = "late" if offset.lag > 0 else "early"
-            yield (
-                f"{topic}: its stamps are {abs(offset.lag):.2f} s {word} against {motion}, by the turns that "
-                f"both see (correlation {offset.correlation:.2f}); --late {sensor}={offset.lag:.2f} sets them right"
-            )
-        if offset.correlation > 0 and abs(offset.gain - 1) > FALSE_GAIN:
+        elif abs(offset.gain - 1) > FALSE_GAIN:
             yield f"{topic}: sees {100 * offset.gain:.0f} % of the turns that {motion} tells"
+
+
+def _of_delay(clock: SensorClock, motion: str) -> str:
+    """By how much a clock is off, and what tells it."""
+    offset = clock.offset if clock.agrees else None
+    if clock.other:
+        turns = f", {offset.lag:+.2f} s by the turns that both see" if offset else ""
+        return f"stamped by another clock than {topic_of(motion)}: {clock.logged:+.2f} s by the times of logging{turns}"
+    assert offset is not None, "nothing else tells a delay"
+    word = "late" if offset.lag > 0 else "early"
+    return (
+        f"its stamps are {abs(offset.lag):.2f} s {word} against {motion}, by the turns that both see (correlation "
+        f"{offset.correlation:.2f})"
+    )
 
 
 def _of_pairing(found: LogSurvey, findings: Findings) -> Iterator[str]:

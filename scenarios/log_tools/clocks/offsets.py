@@ -108,7 +108,8 @@ class _SmoothHeading:
     ) -> "_SmoothHeading":
         """The heading from ``first`` to ``last`` [s], smoothed by a Gaussian of ``width`` [s]."""
         half = math.ceil(3 * width / STEP)
-        grid: NDArray[np.float64] = first + STEP * np.arange(-half, math.ceil((last - first) / STEP) + half + 1)
+        count = math.ceil((last - first) / STEP)
+        grid = first + STEP * np.arange(-half, count + half + 1, dtype=np.float64)
         weights = np.exp(-0.5 * (STEP * np.arange(-half, half + 1) / max(width, STEP)) ** 2)
         fine = np.interp(grid, np.maximum.accumulate(times), headings)
         values: NDArray[np.float64] = np.convolve(fine, weights / weights.sum(), mode="valid")

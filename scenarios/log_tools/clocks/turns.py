@@ -1,7 +1,7 @@
 """Offsets of all sensors of a log to its odometer, told by the stretch in which the robot turns most."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import cv2
@@ -48,16 +48,22 @@ class _Seen:
         self.stamps.append(sample.time)
 
 
-def sensor_offsets(plan: ViewPlan) -> dict[str, ClockOffset | None]:
-    """The offset of each sensor's clock to the odometer's, by its name; None where none can be told."""
+def sensor_offsets(plan: ViewPlan, late: Mapping[str, float]) -> dict[str, ClockOffset | None]:
+    """The offset of each sensor's clock to the odometer's, by its name; None where none can be told.
+
+    It is looked for beside what the plan takes sensors to be ``late`` by [s], by their names.
+    """
     times = np.array([view.time for view in plan.views])
     turns = np.array([view.turn for view in plan.views])
-    sensors = plan.findings.sensors
-    if not motion_origin(plan.findings) or len(times) < 2 or not plan.findings.leading:
+    findings, sensors = plan.findings, plan.findings.sensors
+    # Where a clock was set back, views have other times than their samples' stamps.
+    set_back = any("jump" in note for note in findings.notes)
+    if not motion_origin(findings) or len(times) < 2 or not findings.leading or set_back:
         return dict.fromkeys(sensors.values())
     begin = _most_turning(times, turns)
-    seen = _samples(plan, begin, begin + STRETCH)
-    return {name: _offset(seen.get(topic), times, np.cumsum(turns)) for topic, name in sensors.items()}
+    seen = _samples(plan, {topic: late.get(name, 0.0) for topic, name in sensors.items()}, begin, begin + STRETCH)
+    found = {name: _offset(seen.get(topic), times, np.cumsum(turns)) for topic, name in sensors.items()}
+    return {name: one and replace(one, lag=one.lag + late.get(name, 0.0)) for name, one in found.items()}
 
 
 def _most_turning(times: NDArray[np.float64], turns: NDArray[np.float64]) -> float:
@@ -67,23 +73,29 @@ def _most_turning(times: NDArray[np.float64], turns: NDArray[np.float64]) -> flo
     return float(times[(total[ends] - total[:-1]).argmax()])
 
 
-def _samples(plan: ViewPlan, begin: float, end: float) -> Mapping[str, _Seen]:
-    """The sensors' samples in a stretch of time; a picture that cannot be decoded ends what is told of its topic."""
+def _samples(plan: ViewPlan, late: Mapping[str, float], begin: float, end: float) -> Mapping[str, _Seen]:
+    """The samples of sensors in a stretch of time, set back by what their topics are ``late`` [s].
+
+    A picture that cannot be decoded ends what is told of its topic.
+    """
     seen: dict[str, _Seen] = {}
-    broken: set[str] = set()
+    over: set[str] = set()
     # As the views will have them: a laser that hangs upside down, and says so, sees no turn the other way.
     mount = cache(lambda frame: plan.tree.mount(frame, plan.base) if plan.base else None)
-    for sample in plan.source.samples(tuple(plan.findings.sensors)):
-        if not begin <= sample.time <= end or sample.topic in broken:
-            if sample.time > end + 5.0:  # logs are written in order, but for a few seconds
+    for sample in plan.source.samples(tuple(late)):
+        time = sample.time - late[sample.topic]
+        if sample.topic in over or not begin <= time <= end:
+            if time > end + 5.0:  # logs are written in order, but for a few seconds
+                over.add(sample.topic)
+            if len(over) == len(late):
                 break
             continue
         found = seen.setdefault(sample.topic, _Seen())
         if len(found.stamps) < MOST_SAMPLES:
             try:
-                found.add(sample, mount(sample.frame))
+                found.add(replace(sample, time=time), mount(sample.frame))
             except LogError:
-                broken.add(sample.topic)
+                over.add(sample.topic)
     return seen
 
 

@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +17,8 @@ from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
 from refseq_bench.scenarios.log_tools.checkup import check_log
 from refseq_bench.scenarios.log_tools.facts import facts_of
 from refseq_bench.scenarios.log_tools.verdicts import Usability
-from tests.refseq.logs.foreign import RosSetup, write_rosbag2
-from tests.refseq.logs.robot_drive import HERE, RobotDrive
+from tests.refseq.logs.foreign import RosMessages, RosSetup, write_rosbag2
+from tests.refseq.logs.robot_drive import HERE, Moment, RobotDrive, Sense
 
 DRIVE = RobotDrive(seconds=12.0)
 WORKS, LIMITED, FAILS = Usability.WORKS, Usability.LIMITED, Usability.FAILS
@@ -73,6 +75,7 @@ def test_a_late_laser_is_told_by_its_turns_and_set_right(tmp_path: Path) -> None
     assert any(
         "early against topic /odom" in line and f"--late laser={offset.lag:.2f}" in line for line in found.warnings
     )
+    assert f" --late laser={offset.lag:.2f} " in found.verdicts[0].commands[0]
     assert any("turns to the left" in fact.text for fact in facts_of(found))
 
 
@@ -86,6 +89,66 @@ def test_a_laser_that_hangs_upside_down_is_told_unless_its_mount_says_so(
     assert offset is not None
     assert (offset.correlation < 0) is told
     assert [("the other way" in line) for line in found.warnings] == [True] * told
+
+
+@dataclass(frozen=True)
+class OtherClock(RobotDrive):
+    """A robot whose log is written ``written`` [s] after the drive, by another clock for what its laser sees."""
+
+    written: float = 0.0
+
+    @cached_property
+    def moments(self) -> tuple[Moment, ...]:
+        return tuple(
+            replace(one, logged=one.logged + self.written * (one.sense is Sense.SCAN)) for one in super().moments
+        )
+
+
+class OtherLaser(RosMessages):
+    """Messages of a robot whose laser stamps by a clock that is ``OFF`` [s]."""
+
+    OFF = 3.7
+
+    def _scan(self, time: float) -> Any:
+        scan = super()._scan(time)
+        scan.header.stamp.sec, scan.header.stamp.nanosec = divmod(round((time + self.OFF) * 1e9), 10**9)
+        return scan
+
+
+class MonthsAgo(OtherLaser):
+    OFF = -300 * 86400.0
+
+
+@pytest.mark.parametrize("image_format", ["png", None])
+@pytest.mark.parametrize("laser", [OtherLaser, MonthsAgo])
+def test_what_it_proposes_for_a_laser_of_another_clock_reads_its_scans(
+    tmp_path: Path, laser: type[OtherLaser], image_format: str | None
+) -> None:
+    bag = write_rosbag2(tmp_path / "bag", DRIVE, RosSetup(image_format=image_format), made_by=laser)
+    found = check_log(bag, DriveSelection())
+    late = f"laser={laser.OFF:.2f}"
+    (line,) = [line for line in found.warnings if "another clock" in line]
+    assert f"--late {late} sets them right" in line
+    for verdict in found.verdicts[:2]:
+        assert f"with --late {late} as its clocks differ" in verdict.reason
+        assert all(f" --late {late} " in command for command in verdict.commands)
+    views = read_drive(bag, DriveSelection(thin=0.85, late=late)).views
+    assert len(views) == found.views > 8
+    assert all(view.scan is not None for view in views)
+    assert not [line for line in check_log(bag, DriveSelection(late=late)).warnings if "clock" in line]
+
+
+def test_the_times_of_logging_are_not_believed_where_they_part_a_sensor_from_the_odometry(tmp_path: Path) -> None:
+    """A converter that wrote the scans an hour after all else has not changed their stamps."""
+    found = check_log(write_rosbag2(tmp_path / "bag", OtherClock(seconds=12.0, written=3600.0)), DriveSelection())
+    assert found.warnings == ()
+    assert "--late" not in " ".join(found.verdicts[0].commands)
+
+
+def test_a_late_sensor_that_the_log_does_not_hold_is_refused(tmp_path: Path) -> None:
+    bag = write_rosbag2(tmp_path / "bag", replace(DRIVE, seconds=2.0))
+    with pytest.raises(RefseqError, match="late sensor 'sonar' is not in it; valid are camera, laser"):
+        check_log(bag, DriveSelection(late="sonar=1"))
 
 
 def test_a_path_that_is_driven_twice_is_split(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Warnings about offsets, other clocks and pairing, on findings that are laid out by hand."""
 
+import math
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -9,20 +10,21 @@ import pytest
 
 from refseq.logs.source import EMPTY
 from refseq.view import Scan, View
+from refseq_bench.scenarios.log_tools.clocks.late import SensorClock
 from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.warnings import times, warnings_of
 
 
-def topic(name: str, *, delay: float = 0.0, count: int = 100, rate: float = 10.0, samples: Any = ()) -> Any:
-    timing = SimpleNamespace(
-        delay=delay, count=count, rate=rate, zeros=0, backwards=0, duplicates=0, longest_gap=None, gaps=()
-    )
+def topic(name: str, *, count: int = 100, rate: float = 10.0, samples: Any = ()) -> Any:
+    timing = SimpleNamespace(count=count, rate=rate, zeros=0, backwards=0, duplicates=0, longest_gap=None, gaps=())
     return SimpleNamespace(name=name, timing=timing, channel=SimpleNamespace(role="a sensor's"), samples=samples)
 
 
 def told(
     offset: ClockOffset | None = None,
     *,
+    logged: float = math.nan,
+    given: float | None = None,
     left: int = 0,
     scans: Any = None,
     damage: str = "",
@@ -46,7 +48,7 @@ def told(
         "losses": list,
     }
     plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings), views=views)
-    return list(warnings_of(found, plan, {"laser": offset, "camera": None}))
+    return list(warnings_of(found, plan, {"laser": SensorClock(given, logged, offset), "camera": SensorClock()}))
 
 
 def test_of_a_log_without_fault_nothing_is_told() -> None:
@@ -75,11 +77,26 @@ def test_late_and_of_a_false_gain_are_two_faults() -> None:
 
 
 def test_another_clock_is_told_by_how_much() -> None:
-    (line,) = told(scans=topic("/scan", delay=-1.5))
-    assert line == (
-        "/scan: stamped by another clock than /odom: +1.50 s by the times of logging; --late laser=1.50 sets them right"
-    )
-    assert told(scans=topic("/scan", delay=0.2)) == []
+    told_by = "/scan: stamped by another clock than /odom: +1.50 s by the times of logging"
+    assert told(logged=1.5) == [f"{told_by}; --late laser=1.50 sets them right"]
+    assert told(logged=0.2) == []
+    assert told(ClockOffset(1.62, 0.9, 1.0), logged=1.5) == [
+        f"{told_by}, +1.62 s by the turns that both see; --late laser=1.62 sets them right"
+    ]
+    upside_down = told(ClockOffset(1.62, -0.9, -1.0), logged=1.5)
+    assert upside_down[0] == f"{told_by}; --late laser=1.50 sets them right", "the other way: not by turns"
+    assert len(upside_down) == 2
+
+
+def test_a_clock_is_right_where_turns_say_so_however_late_it_is_logged() -> None:
+    assert told(ClockOffset(0.01, 0.9, 1.0, error=0.01), logged=-0.6) == []
+
+
+def test_of_a_delay_that_the_user_has_told_no_word_is_lost() -> None:
+    assert told(logged=1.5, given=1.4) == []
+    assert told(ClockOffset(1.52, 0.9, 1.0), logged=1.5, given=1.5) == []
+    (line,) = told(ClockOffset(1.3, 0.9, 1.0), logged=1.5, given=1.5)
+    assert line.endswith("--late laser=1.30 sets them right")
 
 
 def test_samples_without_a_view_are_told_unless_the_sensor_is_faster_than_views_are() -> None:
