@@ -25,13 +25,17 @@ from refseq_bench.scenarios.report.plots.style import (
 POINTS = 4000
 """Points of a path that are drawn: more make the page heavy, and no line smoother."""
 
+MARGIN = 0.04
+"""Share of the log's duration that is left free at either end of the timeline."""
+
 
 class TimelineRow(NamedTuple):
-    """A topic on the timeline, and whether anything is read from it."""
+    """A topic on the timeline, whether anything is read from it, and the stamp that is its time 0 [s]."""
 
     topic: str
     timing: Timing
     used: bool
+    zero: float
 
 
 @page_style
@@ -51,14 +55,16 @@ def path_drawing(paths: Mapping[str, NDArray[np.float64]]) -> Plot:
 
 
 @page_style
-def timeline(rows: Sequence[TimelineRow], start: float) -> Plot:
-    """A bar for each topic, broken where it pauses; times from ``start`` [s]."""
+def timeline(rows: Sequence[TimelineRow], duration: float) -> Plot:
+    """A bar for each topic, broken where it pauses, over the log's ``duration`` [s]."""
     figure = new_figure(0.8 + 0.32 * len(rows))
     axes = figure.add_subplot(xlabel="time [s]", ylim=(len(rows) - 0.4, -0.6))
     draw_grid(axes)
     axes.set_yticks(range(len(rows)), [shortened(row.topic) for row in rows])
     for number, row in enumerate(rows):
-        _draw_topic(axes, number, row, start)
+        _draw_topic(axes, number, row)
+    margin = MARGIN * max(duration, 1e-3)
+    axes.set_xlim(-margin, duration + margin)  # mounts may be stamped long before the drive
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
     return Plot(as_svg(figure))
@@ -69,8 +75,8 @@ def shortened(topic: str, most: int = 36) -> str:
     return topic if len(topic) <= most else f"{topic[: most // 2 - 1]}…{topic[-most // 2 :]}"
 
 
-def _draw_topic(axes: Axes, number: int, row: TimelineRow, start: float) -> None:
-    timing = row.timing
+def _draw_topic(axes: Axes, number: int, row: TimelineRow) -> None:
+    timing, start = row.timing, row.zero
     if not timing.count:
         return
     begins = [timing.first, *(gap.start + gap.length for gap in timing.gaps)]

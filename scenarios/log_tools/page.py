@@ -45,6 +45,7 @@ def write_checkup(path: Path, checkup: LogCheckup) -> None:
         cameras=_cameras(found, plan),
         scan=_scan(found, plan),
         timeline=_timeline(checkup),
+        other_times=[topic.name for topic in found.other_times],
         topics=PageTable(
             tuple(heading.removeprefix(">") for heading in TOPIC_HEADINGS),
             tuple(PageRow(cells[0], cells[1:]) for cells in _topic_cells(checkup)),
@@ -67,12 +68,14 @@ def _paths(checkup: LogCheckup) -> Plot | None:
 
 
 def _timeline(checkup: LogCheckup) -> Plot | None:
+    found = checkup.survey
     rows = [
-        TimelineRow(topic.name, topic.timing, not checkup.taken[topic.name].startswith("ignored"))
-        for topic in checkup.survey.topics
+        TimelineRow(topic.name, topic.timing, not checkup.taken[topic.name].startswith("ignored"), found.zero(topic))
+        for topic in found.topics
         if topic.timing.duration == topic.timing.duration
     ]
-    return timeline(rows, checkup.survey.start) if rows else None
+    ends = [topic.timing.last - found.zero(topic) for topic in found.other_times]
+    return timeline(rows, max([found.duration, *ends])) if rows else None
 
 
 def _cameras(found: LogSurvey, plan: ViewPlan | None) -> list[CameraRow]:
@@ -84,7 +87,7 @@ def _cameras(found: LogSurvey, plan: ViewPlan | None) -> list[CameraRow]:
         except LogError:  # the table of topics tells of it
             continue
         if shown:
-            rows.append(CameraRow(sensor, tuple((time - found.start, uri) for time, uri in shown)))
+            rows.append(CameraRow(sensor, tuple((time - found.zero(topics[topic]), uri) for time, uri in shown)))
     return rows
 
 

@@ -1,7 +1,7 @@
 """Survey of a log: one pass over its samples, which keeps clocks and a few pictures and scans."""
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import TypeGuard
 
@@ -15,6 +15,9 @@ from refseq_bench.scenarios.log_tools.timing import Timing, TopicClock
 
 KEPT = 8
 """Most samples that are kept of a camera or laser, spread over the log."""
+
+APART = 60.0
+"""Topics that lie nearer in time are of one drive [s], as where a camera is switched on late."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,19 +48,51 @@ class LogSurvey:
 
     @property
     def start(self) -> float:
-        """Earliest time of a message that is read [s]; NaN without any."""
-        return min(self._ends(lambda timing: timing.first), default=math.nan)
+        """Earliest time of a message that is read [s]; NaN without any. Topics of ``other_times`` do not count."""
+        return min((topic.timing.first for topic in self._common), default=math.nan)
 
     @property
     def duration(self) -> float:
-        """Time from the earliest message that is read to the latest [s]; NaN without any."""
-        return max(self._ends(lambda timing: timing.last), default=math.nan) - self.start
+        """Time from ``start`` to the latest message that is read [s]; NaN without any."""
+        return max((topic.timing.last for topic in self._common), default=math.nan) - self.start
 
-    def _ends(self, of: Callable[[Timing], float]) -> list[float]:
-        """Times of the topics that have one; mounts and calibrations may be stamped long before the drive."""
+    @property
+    def other_times(self) -> tuple[TopicSurvey, ...]:
+        """Topics whose stamps lie so far from those of the others that no drive has both: their clock is another."""
+        return tuple(topic for topic in self._driven if topic not in self._common)
+
+    def zero(self, topic: TopicSurvey) -> float:
+        """The stamp from which a topic's times are told [s]: the log's start, or its own if its times are others."""
+        return topic.timing.first if topic in self.other_times else self.start
+
+    @property
+    def _driven(self) -> list[TopicSurvey]:
+        """Topics that have a time; mounts and calibrations may be stamped long before the drive."""
         timed = [topic for topic in self.topics if not math.isnan(topic.timing.first)]
-        driven = [topic for topic in timed if topic.channel.role not in (Role.TRANSFORMS, Role.CALIBRATION)]
-        return [of(topic.timing) for topic in driven or timed]
+        return [topic for topic in timed if topic.channel.role not in (Role.TRANSFORMS, Role.CALIBRATION)] or timed
+
+    @property
+    def _common(self) -> list[TopicSurvey]:
+        """Topics of one clock: those of the odometry, or of most messages where none has odometry."""
+        groups = _by_times(self._driven)
+        return max(groups, key=lambda group: (_has_odometry(group), sum(one.timing.count for one in group)), default=[])
+
+
+def _by_times(topics: Sequence[TopicSurvey]) -> list[list[TopicSurvey]]:
+    """Topics in groups that lie apart by more than ``APART``, and than the longest of them lasts."""
+    limit = max(APART, max((topic.timing.duration for topic in topics), default=0.0))
+    groups: list[list[TopicSurvey]] = []
+    end = -math.inf
+    for topic in sorted(topics, key=lambda one: one.timing.first):
+        if topic.timing.first - end > limit:
+            groups.append([])
+        groups[-1].append(topic)
+        end = max(end, topic.timing.last)
+    return groups
+
+
+def _has_odometry(topics: Sequence[TopicSurvey]) -> bool:
+    return any(topic.channel.role is Role.ODOMETRY for topic in topics)
 
 
 @dataclass(slots=True)

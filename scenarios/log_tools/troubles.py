@@ -11,7 +11,7 @@ def troubles_of(found: LogSurvey, plan: ViewPlan | None) -> Mapping[str, str]:
     """Trouble of each sensor of the plan, by its name; sensors that are well are not named."""
     topics = {topic.name: topic for topic in found.topics}
     sensors = plan.findings.sensors if plan else {}
-    told = {name: _trouble(topics[topic], found.start) for topic, name in sensors.items()}
+    told = {name: _trouble(topics[topic], found.zero(topics[topic])) for topic, name in sensors.items()}
     return {name: why for name, why in told.items() if why}
 
 

@@ -10,6 +10,7 @@ from refseq.view import LASER
 from refseq_bench.scenarios.log_tools.clocks.late import SensorClock, late_words
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, scans_of, topic_of
 from refseq_bench.scenarios.log_tools.units import unit_doubts
+from refseq_bench.scenarios.report.words import duration_text
 
 MUCH_UNPAIRED = 0.1
 """Share of a sensor's samples without a view from which on it is told."""
@@ -54,10 +55,17 @@ def _of_clocks(found: LogSurvey) -> Iterator[str]:
     """Warnings about the clock of each topic; topics of which the same is to be told share a line."""
     told: dict[str, list[str]] = {}
     for topic in found.topics:
-        for line in _of_clock(topic, found.start):
+        for line in (*_of_other_times(topic, found), *_of_clock(topic, found.zero(topic))):
             told.setdefault(line, []).append(topic.name)
     for line, topics in told.items():
         yield f"{', '.join(topics)}: {line}"
+
+
+def _of_other_times(topic: TopicSurvey, found: LogSurvey) -> Iterator[str]:
+    if topic in found.other_times:
+        away = topic.timing.first - found.start
+        lie = f"{span_text(abs(away))} {'behind' if away > 0 else 'before'}"
+        yield f"its stamps lie {lie} those of the others; its times are told from its own first message on"
 
 
 def _of_clock(topic: TopicSurvey, start: float) -> Iterator[str]:
@@ -123,6 +131,14 @@ def _faster(found: LogSurvey, findings: Findings, topic: str) -> bool:
     """A sensor of a higher rate than the leading one has samples between views: nothing is wrong with that."""
     rates = {one.name: one.timing.rate for one in found.topics}
     return bool(findings.leading) and rates[topic] > 1.1 * rates[findings.leading]
+
+
+DAY = 86_400.0
+
+
+def span_text(seconds: float) -> str:
+    """A time between clocks, in days where it is long."""
+    return duration_text(seconds) if seconds < 2 * DAY else f"{seconds / DAY:.1f} days"
 
 
 def times(count: int, word: str) -> str:

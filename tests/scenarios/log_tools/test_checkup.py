@@ -1,21 +1,26 @@
 """The checkup of logs with one thing wrong each, written as ROS does: verdicts, warnings, and a late laser's offset."""
 
 import math
+import re
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from refseq.errors import RefseqError
+from refseq.logs.source import Channel, LogSource, Role
 from refseq.map.learning import learn as learn_map
 from refseq.planar import Pose
 from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
 from refseq_bench.scenarios.log_tools.checkup import check_log
 from refseq_bench.scenarios.log_tools.facts import facts_of
+from refseq_bench.scenarios.log_tools.page import write_checkup
+from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey
+from refseq_bench.scenarios.log_tools.timing import Timing
 from refseq_bench.scenarios.log_tools.verdicts import Usability
 from tests.refseq.logs.foreign import RosMessages, RosSetup, write_rosbag2
 from tests.refseq.logs.robot_drive import HERE, Moment, RobotDrive, Sense
@@ -136,6 +141,35 @@ def test_what_it_proposes_for_a_laser_of_another_clock_reads_its_scans(
     assert len(views) == found.views > 8
     assert all(view.scan is not None for view in views)
     assert not [line for line in check_log(bag, DriveSelection(late=late)).warnings if "clock" in line]
+
+
+def test_a_clock_that_is_months_off_leaves_the_page_s_times_readable(tmp_path: Path) -> None:
+    """Its own times begin at its first message; all others', the duration and the axis are as without it."""
+    found = check_log(write_rosbag2(tmp_path / "bag", replace(DRIVE, gap=(3, 6)), made_by=MonthsAgo), DriveSelection())
+    assert found.survey.duration == pytest.approx(12.0, abs=0.2)
+    assert [topic.name for topic in found.survey.other_times] == ["/scan"]
+    assert any(
+        line.startswith("/scan: its stamps lie 300.0 days before those of the others") for line in found.warnings
+    )
+    assert any("the longest of 3.0 s at 3.0 s" in line for line in found.warnings), found.warnings
+    write_checkup(tmp_path / "page.html", found)
+    page = (tmp_path / "page.html").read_text()
+    assert "their clocks are others: /scan." in page
+    assert not re.findall(r"[^=+-]\b\d{4,}\.\d+ s\b", page)
+    assert max(map(float, re.findall(r">(\d+)</text>", page))) <= 15
+
+
+@pytest.mark.parametrize(("later", "apart"), [(50.0, False), (1800.0, True)])
+def test_topics_are_told_by_their_own_start_where_no_drive_has_both(later: float, apart: bool) -> None:
+    def topic(name: str, role: Role, first: float) -> TopicSurvey:
+        return TopicSurvey(Channel(name, "", "", 9, role), Timing(9, first, first + 20.0))
+
+    laser = topic("/scan", Role.LASER, 100.0)
+    topics = (laser, topic("/odom", Role.ODOMETRY, 120.0 + later), topic("/tf_static", Role.TRANSFORMS, 0.0))
+    found = LogSurvey(cast(LogSource, None), topics)
+    assert found.other_times == ((laser,) if apart else ())
+    assert (found.start, found.duration) == ((120.0 + later, 20.0) if apart else (100.0, 40.0 + later))
+    assert [found.zero(one) for one in topics] == [100.0, found.start, found.start]
 
 
 def test_the_times_of_logging_are_not_believed_where_they_part_a_sensor_from_the_odometry(tmp_path: Path) -> None:

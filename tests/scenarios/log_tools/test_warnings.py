@@ -35,7 +35,7 @@ def told(
     """Warnings about a log of a camera, which leads, a laser and odometry."""
     topics = (topic("/odom"), topic("/camera"), scans or topic("/scan"))
     source = SimpleNamespace(complete=not damage, damage=damage, skipped=skipped or {})
-    found: Any = SimpleNamespace(source=source, topics=topics, start=0.0)
+    found: Any = SimpleNamespace(source=source, topics=topics, start=0.0, other_times=(), zero=lambda topic: 0.0)
     plain = {
         "sensors": {"/camera": "camera", "/scan": "laser"},
         "odometry": "/odom",
