@@ -26,6 +26,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_ending, check_output, read_drive, words
+from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -72,7 +73,8 @@ def learn(
     check_output(output, of=[recording, *selection.chosen().files])
     chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
     drive = read_drive(recording, selection.with_noise(seed), wanted)
-    metadata = {**drive.metadata, "source": recording.name}
+    notes = reading_notes(selection.chosen())
+    metadata = {**without_reading_notes(drive.metadata), "source": recording.name, **notes}
     map_ = learn_map(
         drive.views,
         sensors=wanted,

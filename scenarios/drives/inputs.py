@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from refseq.logs.beliefs import LocalisedViews
     from refseq.logs.trajectories import PoseTable
     from refseq.map.map import Map
-    from refseq_bench.scenarios.scoring.comparison import Comparison
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,28 +282,3 @@ def read_answers(beliefs: Path) -> "LocalisedViews":
     if not found.beliefs:
         raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of the recording")
     return found
-
-
-def read_comparison(
-    map_file: Path,
-    query: Path,
-    beliefs: Path,
-    reference: Path | None,
-    selection: DriveSelection = WHOLE,
-) -> "Comparison":
-    """A localised drive put together again from its files."""
-    from refseq.map.map import Map
-    from refseq_bench.scenarios.drives.evaluate import comparison_of
-
-    map_ = Map.load(map_file)
-    if reference is not None and not map_.has_one_path:
-        raise ScenarioError(
-            f"{reference}: has the pictures of one drive, {map_file} is a map of several; valid is no reference"
-        )
-    found = read_answers(beliefs)
-    drive = read_drive(query, replace(selection, times=found.times))
-    places = read_drive(reference).views if reference else None
-    try:
-        return comparison_of(f"{map_file.name} ← {query.name}", map_, drive, found.beliefs, places)
-    except ScenarioError as error:
-        raise ScenarioError(f"{beliefs}: {error}") from error
