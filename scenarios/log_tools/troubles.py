@@ -10,8 +10,11 @@ from refseq_bench.scenarios.log_tools.survey import KEPT, LogSurvey, TopicSurvey
 def troubles_of(found: LogSurvey, plan: ViewPlan | None) -> Mapping[str, str]:
     """Trouble of each sensor of the plan, by its name; sensors that are well are not named."""
     topics = {topic.name: topic for topic in found.topics}
-    sensors = plan.findings.sensors if plan else {}
-    told = {name: _trouble(topics[topic], found.start) for topic, name in sensors.items()}
+    if plan is None:
+        return {}
+    sizes = plan.other_sizes()
+    sensors = plan.findings.sensors.items()
+    told = {name: sizes.get(topic) or _trouble(topics[topic], found.start) for topic, name in sensors}
     return {name: why for name, why in told.items() if why}
 
 

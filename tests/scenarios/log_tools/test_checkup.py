@@ -131,7 +131,12 @@ class Troubled(RobotDrive):
     ("drive", "encoding", "told", "well"),
     [
         (Troubled(seconds=12.0, blind=True), "png", "laser: no beam came back in", "camera"),
-        (Troubled(seconds=12.0, changing=True), "png", "its pictures are 128 × 96 and 64 × 48 pixels", "laser"),
+        (
+            Troubled(seconds=12.0, changing=True),
+            "png",
+            "pictures are 64 × 48 pixels, 60 are not, the first at",
+            "laser",
+        ),
         (DRIVE, "mono7", "'mono7'", "laser"),
     ],
 )
