@@ -105,6 +105,8 @@ def test_odometry_that_began_anew_is_told_and_its_first_part_proposed(tmp_path: 
     learn, localise = found.verdicts[:2]
     assert (learn.usability, found.travel.revisited) == (LIMITED, 0.0)
     assert "twice" not in localise.reason
+    assert found.travel.length == pytest.approx(0.8 * 32.0, abs=0.4), "the jump is no way"
+    assert found.travel.width > 0.8 * 30.0, "nor does it lead back"
     words = learn.commands[0].split()
     before = read_drive(bag, DriveSelection(views=words[words.index("--views") + 1]))
     assert max(abs(view.distance) for view in before.views) < 1.0
