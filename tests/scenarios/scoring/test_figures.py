@@ -9,6 +9,7 @@ from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.drives.benchmark import ALL, by_experiment
+from refseq_bench.scenarios.report.sections.headline import headline
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, Tolerance
@@ -32,6 +33,14 @@ def away(name: str = "away") -> Comparison:
     wary = [replace(certain(5, k, lost), timings=timings) for k, lost in ((1, 0.0), (1, 0.8), (2, 0.1))]
     bold = [certain(5, 1), certain(5, 1), certain(5, 4)]
     return Comparison(name, reference, {}, query, {}, {"wary": wary, "bold": bold})
+
+
+def gap() -> Comparison:
+    """Four views on the map and two off it, answered partly by place 2, whose true pose nobody knows."""
+    reference = [View(0.0, truth=None if x == 4 else Pose(float(x), 0.0, 0.0)) for x in range(0, 10, 2)]
+    query = [View(0.0, truth=Pose(float(x), y, 0.0)) for x, y in ((0, 0), (2, 0), (6, 0), (8, 0), (0, 9), (8, 9))]
+    answers = [certain(5, place) for place in (0, 1, 2, 2, 0, 2)]
+    return Comparison("gap", reference, {}, query, {}, {"mine": answers})
 
 
 def printed(table: object, width: int = 40) -> str:
@@ -123,6 +132,21 @@ def test_what_happened_off_the_map_has_a_table_of_its_own(seeds: list[Comparison
     wary, bold = (next(line for line in lines if line.split()[:1] == [name]).split() for name in ("wary", "bold"))
     assert wary == ["wary", "0", "of", "1", "n/a", "0.100", "0.00", "0.00", "0.00"]
     assert bold == ["bold", "1", "of", "1", "9.00", "0.333", "n/a", "(1", "of", "1)", "n/a", "(1", "of", "1)", "0.00"]
+
+
+def test_answers_at_places_without_a_true_pose_are_counted_and_their_errors_told_as_unknown() -> None:
+    found = figures([gap()])
+    record = figures_record(found[0])
+    assert (record["failures_views"], record["error_unknown_views"], record["error_p95_m"]) == (2, 2, 0.0)
+    assert (record["false_fixes_views"], record["false_fixes_unknown_views"], record["worst_false_fix_m"]) == (
+        2,
+        1,
+        9.0,
+    )
+    assert "0.00/0.00 (2 unknown)" in printed(figures_table("gap", found))
+    assert "Of 3 answers the error is not known" in headline(found[0], "").more
+    told = printed(lost_table("gap", found)).splitlines()
+    assert next(line for line in told if "mine" in line).split()[1:6] == ["2", "of", "2", "9.00", "(1"]
 
 
 def test_ways_tell_the_median_and_those_never_gone() -> None:
