@@ -39,6 +39,11 @@ def distances(found: Sequence[DistanceOrNever]) -> str:
     return (metres(float(np.median(reached))) if reached else NONE) + (f" ({never} never)" if never else "")
 
 
+def span_words(ordered: Sequence[object]) -> str:
+    """The only one of some things in order, or the first and the last."""
+    return str(ordered[0]) if len(ordered) == 1 else f"{ordered[0]} to {ordered[-1]}"
+
+
 def scale_words(beliefs: Sequence[Belief]) -> str:
     """Sentence on the metres of the map that a metre of the odometer was taken for in the end; empty for one."""
     if not beliefs or beliefs[-1].odometer_scale == 1:

@@ -3,7 +3,13 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
-from refseq_bench.scenarios.campaign.pages.decisive import corrected, power_line, power_rows, undecided
+from refseq_bench.scenarios.campaign.pages.decisive import (
+    comparison_rows,
+    corrected,
+    power_line,
+    power_rows,
+    undecided,
+)
 from refseq_bench.scenarios.campaign.pages.index import index_page
 from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
 from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, RunRecord, SeedRecord, write_result
@@ -62,6 +68,17 @@ def test_two_seeds_show_nothing_and_say_what_would() -> None:
     record = campaign(asked("few", a=[91, 93], b=[60, 64]))
     assert power_line(record).endswith("2 seeds can show none of so many, 3 could")
     assert power_rows(record)[0].smallest == "n/a"
+
+
+def test_seeds_are_counted_that_both_methods_have() -> None:
+    """At two of five seeds the other method broke: three are too few for the least p-value of five."""
+    telling = asked("broken", a=[91, 93, 90, 92, 91], b=[60, 64, 58, 62, 61], c=[81, 83, 80, 82, 81])
+    ours, broken, whole = telling.methods
+    broken = broken.model_copy(update={"runs": {seed: broken.runs[seed] for seed in (1, 2, 3)}})
+    record = telling.model_copy(update={"methods": (ours, broken, whole)})
+    assert [one.seeds for one in corrected(campaign(record))] == [3, 5]
+    assert power_rows(campaign(record))[0].seeds == "3 to 5"
+    assert [row.p for row in comparison_rows(record)] == ["≤ 0.028", "≤ 0.00077"]
 
 
 @pytest.mark.parametrize("seeds", [5, 9, 10, 12])
