@@ -170,7 +170,12 @@ class Score:
 
     @property
     def worst_false_fix(self) -> float:
-        """Farthest that an answer off the map lay from where the robot was [m], ``nan`` without any."""
+        """Farthest that an answer off the map lay from where the robot was [m], 0 where all views off it are rejected.
+
+        ``nan`` where no view is off the map, or no false fix' distance is known.
+        """
+        if self.off_map.any() and not self.count(Outcome.FALSE_FIX):
+            return 0.0
         return float(np.nanmax(self.false_fixes)) if np.isfinite(self.false_fixes).any() else math.nan
 
     @property

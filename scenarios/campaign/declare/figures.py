@@ -36,17 +36,24 @@ class Unit(StrEnum):
 Of = TypeVar("Of")
 
 
+def _never(_: object) -> bool:
+    """No method is free of a figure that all have."""
+    return False
+
+
 @dataclass(frozen=True)
 class Figure(Generic[Of]):
     """A figure to expect something of: how to take it from a method's figures (nan: none), its unit, its meaning.
 
-    A share is a number from 0 to 1. One that does not need ``truth`` can be told of drives without true poses.
+    A share is a number from 0 to 1. One that does not need ``truth`` can be told of drives without true poses. A method
+    for which ``faultless`` holds has no such figure because it failed nowhere: it cannot miss an expectation of it.
     """
 
     take: Callable[[Of], float]
     unit: Unit
     meaning: str
     truth: bool = True
+    faultless: Callable[[Of], bool] = _never
 
 
 def _or_nan(value: float | None) -> float:
@@ -121,10 +128,17 @@ FIGURES: Mapping[str, Figure["Figures"]] = MappingProxyType(
         "ece": _plain(
             lambda f: f.wide.mass_reliability.error, "calibration error of the probability around the top place"
         ),
-        "entropy_auroc": _plain(lambda f: f.wide.entropy_auroc, "chance that a wrong belief has more entropy"),
+        "entropy_auroc": Figure(
+            lambda f: _or_nan(f.wide.entropy_auroc),
+            Unit.NONE,
+            "chance that a wrong belief has more entropy",
+            faultless=lambda f: f.wide.count(Outcome.RIGHT) > 0 and not f.wide.count(Outcome.WRONG),
+        ),
         "error_median": _metres(lambda f: f.wide.error_quantile(0.5), "error along the path, median"),
         "error_p95": _metres(lambda f: f.wide.error_quantile(0.95), "error along the path, 95th percentile"),
-        "worst_false_fix": _metres(lambda f: f.wide.worst_false_fix, "farthest that an answer off the map lay"),
+        "worst_false_fix": _metres(
+            lambda f: f.wide.worst_false_fix, "farthest that an answer off the map lay, 0 without any"
+        ),
         "last_sure": _metres(
             lambda f: f.wide.last_sure_median, "from where it says that it was last sure to where it left, median"
         ),

@@ -130,7 +130,7 @@ def test_what_happened_off_the_map_has_a_table_of_its_own(seeds: list[Comparison
     assert lost_table("none", figures(seeds)) is None
     lines = printed(lost_table("away", figures([away()]))).splitlines()
     wary, bold = (next(line for line in lines if line.split()[:1] == [name]).split() for name in ("wary", "bold"))
-    assert wary == ["wary", "0", "of", "1", "n/a", "0.100", "0.00", "0.00", "0.00"]
+    assert wary == ["wary", "0", "of", "1", "0.00", "0.100", "0.00", "0.00", "0.00"]
     assert bold == ["bold", "1", "of", "1", "9.00", "0.333", "n/a", "(1", "of", "1)", "n/a", "(1", "of", "1)", "0.00"]
 
 

@@ -235,6 +235,7 @@ def test_the_worst_false_fix_is_the_farthest_answer_off_the_map() -> None:
     assert result.false_fixes == pytest.approx([math.nan, 5.0, 9.0, math.nan], nan_ok=True)
     assert result.worst_false_fix == 9.0
     assert math.isnan(judged(at(5.0), beliefs=[certain(PLACES, 9)]).worst_false_fix)
+    assert judged(at(5.0, 99.0), beliefs=[certain(PLACES, 9, lost=0.9)]).worst_false_fix == 0.0
 
 
 def test_the_place_where_it_was_last_sure_is_held_against_where_it_left_the_map() -> None:
