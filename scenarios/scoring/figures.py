@@ -17,7 +17,7 @@ from refseq_bench.scenarios.scoring.intervals.bootstrap import interval_over_run
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 from refseq_bench.scenarios.scoring.proportion import Proportion
-from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, median_way
 from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score, harm, pool, score
 
 STEPS = ("features", "matching", "mixture", "chain", "total")
@@ -222,11 +222,10 @@ def success_over_seeds(runs: Sequence[Score]) -> tuple[float, float] | None:
 
 
 def _ways_record(name: str, ways: Sequence[DistanceOrNever]) -> dict[str, float | None]:
-    found = [way for way in ways if way is not None]
     return {
-        f"{name}_median_m": _finite(float(np.median(found))) if found else None,
+        f"{name}_median_m": _finite(median_way(ways)),
         f"{name}_times": len(ways),
-        f"{name}_never_times": len(ways) - len(found),
+        f"{name}_never_times": ways.count(None),
     }
 
 

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.scoring.outcome import OFF_MAP, ON_MAP, SAYS_LOST, Outcome
@@ -17,6 +19,15 @@ JUMP = 1.5
 
 DistanceOrNever = float | None
 """A distance [m], or ``None`` where the thing never happened."""
+
+
+def median_way(ways: Sequence[DistanceOrNever]) -> float:
+    """Median of some ways [m]: what never happened is longer than all of them; nan without any.
+
+    Infinite where half of them or more never happened: a method that gets there once in five times, at once, is not
+    quick.
+    """
+    return float(np.median([math.inf if way is None else way for way in ways])) if ways else math.nan
 
 
 class Recovery(NamedTuple):

@@ -4,7 +4,7 @@ Those of missions are told in ``refseq_bench.scenarios.campaign.declare.mission_
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import numpy as np
 
 from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.recovery import median_way
 
 if TYPE_CHECKING:
     from refseq_bench.scenarios.scoring.atlas import JoinScore
     from refseq_bench.scenarios.scoring.figures import Figures
     from refseq_bench.scenarios.scoring.metrics import Retrieval
-    from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 
 
 class Unit(StrEnum):
@@ -58,11 +58,6 @@ class Figure(Generic[Of]):
 
 def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
-
-
-def _median(ways: Sequence["DistanceOrNever"]) -> float:
-    """Median way [m]; one that never got there is longer than all others, nan without any."""
-    return float(np.median([math.inf if way is None else way for way in ways])) if ways else math.nan
 
 
 def _retrieved(found: "Figures", take: Callable[["Retrieval"], float]) -> float:
@@ -142,11 +137,11 @@ FIGURES: Mapping[str, Figure["Figures"]] = MappingProxyType(
         "last_sure": _metres(
             lambda f: f.wide.last_sure_median, "from where it says that it was last sure to where it left, median"
         ),
-        "to_lost": _metres(lambda f: _median(f.wide.recovery.to_lost), "way to say lost, median"),
-        "to_recover": _metres(lambda f: _median(f.wide.recovery.to_recover), "way to be right again, median"),
-        "to_first_fix": _metres(lambda f: _median(f.wide.first_fixes), "way to the first right answer, median"),
+        "to_lost": _metres(lambda f: median_way(f.wide.recovery.to_lost), "way to say lost, median"),
+        "to_recover": _metres(lambda f: median_way(f.wide.recovery.to_recover), "way to be right again, median"),
+        "to_first_fix": _metres(lambda f: median_way(f.wide.first_fixes), "way to the first right answer, median"),
         "to_settle": _metres(
-            lambda f: _median(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
+            lambda f: median_way(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
         ),
         **{
             f"sequence_{where}": _plain(partial(_mean_share, where), f"P(s) of the path driven, {meaning}, mean")

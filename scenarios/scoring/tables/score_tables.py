@@ -10,7 +10,7 @@ from refseq_bench.scenarios.scoring.consistency.consistency import Consistency
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.proportion import Proportion
-from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, median_way
 from refseq_bench.scenarios.scoring.score import RANKS, Score
 from refseq_bench.scenarios.tables import NONE, TextTable, counted, number, with_unknown
 
@@ -89,10 +89,10 @@ def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
 
 
 def ways_text(ways: Sequence[DistanceOrNever]) -> str:
-    """Median [m] of what was found, and how many never got there."""
-    found = [way for way in ways if way is not None]
-    never = len(ways) - len(found)
-    return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} of {len(ways)})" if never else "")
+    """Median [m], and how many never got there; never where at least half did not."""
+    never = f" ({count} of {len(ways)})" if (count := ways.count(None)) else ""
+    median = median_way(ways)
+    return ("never" if math.isinf(median) else _metres(median)) + never
 
 
 def join_cells(joined: JoinScore | None) -> list[str]:

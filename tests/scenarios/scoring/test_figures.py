@@ -1,5 +1,6 @@
 import csv
 import io
+import math
 from dataclasses import replace
 
 import pytest
@@ -8,8 +9,10 @@ from rich.console import Console
 from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
+from refseq_bench.scenarios.campaign.declare.figures import FIGURES
 from refseq_bench.scenarios.drives.benchmark import ALL, by_experiment
 from refseq_bench.scenarios.report.sections.headline import headline
+from refseq_bench.scenarios.report.words import distances
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, Tolerance
@@ -131,7 +134,23 @@ def test_what_happened_off_the_map_has_a_table_of_its_own(seeds: list[Comparison
     lines = printed(lost_table("away", figures([away()]))).splitlines()
     wary, bold = (next(line for line in lines if line.split()[:1] == [name]).split() for name in ("wary", "bold"))
     assert wary == ["wary", "0", "of", "1", "0.00", "0.100", "0.00", "0.00", "0.00"]
-    assert bold == ["bold", "1", "of", "1", "9.00", "0.333", "n/a", "(1", "of", "1)", "n/a", "(1", "of", "1)", "0.00"]
+    assert bold == [
+        "bold",
+        "1",
+        "of",
+        "1",
+        "9.00",
+        "0.333",
+        "never",
+        "(1",
+        "of",
+        "1)",
+        "never",
+        "(1",
+        "of",
+        "1)",
+        "0.00",
+    ]
 
 
 def test_answers_at_places_without_a_true_pose_are_counted_and_their_errors_told_as_unknown() -> None:
@@ -150,9 +169,28 @@ def test_answers_at_places_without_a_true_pose_are_counted_and_their_errors_told
 
 
 def test_ways_tell_the_median_and_those_never_gone() -> None:
-    assert ways_text([1.0, None, 4.0, 2.0]) == "2.00 (1 of 4)"
-    assert ways_text([None]) == "n/a (1 of 1)"
+    assert ways_text([1.0, None, 4.0, 2.0]) == "3.00 (1 of 4)"
+    assert ways_text([None]) == "never (1 of 1)"
     assert ways_text([]) == "n/a"
+    assert [distances(ways) for ways in ([1.0, None, 3.0], [2.0, None], [])] == [
+        "3.00 m (1 never)",
+        "never (1 of 2)",
+        "n/a",
+    ]
+
+
+def test_a_way_has_one_median_whoever_tells_it() -> None:
+    """Right again once in three times, at once: the median of the three is never."""
+    views = [(x, y) for place in range(3) for x, y in ((place, 0), (place, 9))] + [(4, 0)]
+    reference = [View(0.0, truth=Pose(float(x), 0.0, 0.0)) for x in range(5)]
+    query = [View(0.0, truth=Pose(float(x), float(y), 0.0)) for x, y in views]
+    answers = [certain(5, place) for place in (0, 0, 1, 0, 0, 0, 0)]
+    (found,) = figures([Comparison("ways", reference, {}, query, {}, {"mine": answers})])
+    assert found.wide.recovery.to_recover == (0.0, None, None)
+    record = figures_record(found)
+    assert (record["to_recover_median_m"], record["to_recover_never_times"]) == (None, 2)
+    assert math.isinf(FIGURES["to_recover"].take(found))
+    assert "never (2 of 3)" in printed(lost_table("ways", [found]))
 
 
 def test_all_drives_together_are_told_where_there_are_several_experiments(seeds: list[Comparison]) -> None:
