@@ -92,10 +92,14 @@ def is_carried(step: float, odometer: float) -> bool:
 
 
 def _stretches(views: Sequence[_Known]) -> Iterator[list[_Known]]:
-    """Views in a row that are all on the map or all off it, without being carried away in between."""
+    """Views in a row that are all on the map without being carried to another place of it, or all off it.
+
+    A robot that is carried while it is off the map does not leave the map once more.
+    """
     stretch: list[_Known] = []
     for view in views:
-        if stretch and (view.carried or (view.outcome in ON_MAP) != (stretch[-1].outcome in ON_MAP)):
+        on_map = view.outcome in ON_MAP
+        if stretch and (on_map != (stretch[-1].outcome in ON_MAP) or (view.carried and on_map)):
             yield stretch
             stretch = []
         stretch.append(view)
