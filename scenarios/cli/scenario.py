@@ -280,6 +280,8 @@ def report(
     from refseq_bench.scenarios.campaign.store.result_file import read_result
 
     only_one_of(markdown=markdown, json=as_json)
+    for other in ({"json": as_json}, {"across": across or None}):  # which have the figures that they have
+        only_one_of(figures=figures, **other)
     if case and not across:
         raise ScenarioError("--case goes with --across; valid is to name a figure as well, as in --across success")
     record = read_result(folder)
