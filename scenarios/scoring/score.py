@@ -1,9 +1,10 @@
 """Score a localiser's answers against the truth: outcomes, errors, and how sure they were.
 
 A query view is *on the map* when some reference view lies within the tolerance of its true pose. The answer to a view
-is ``belief.best``, unless ``belief.lost`` is above a threshold: then the localiser says that it is lost. An answer is
-right when its reference pose lies within the tolerance of the true pose. A view without a true pose is not scored, only
-counted; a reference view without one can be nobody's right answer. Where no reference view has one, no view is scored.
+is ``belief.best``, unless ``belief.lost`` is above ``LOST_ABOVE``: then the localiser says that it is lost. An answer
+is right when its reference pose lies within the tolerance of the true pose. A view without a true pose is not scored,
+only counted; a reference view without one can be nobody's right answer. Where no reference view has one, no view is
+scored.
 """
 
 import math
@@ -231,7 +232,7 @@ class _Row(NamedTuple):
     last_sure: float = math.nan
 
 
-def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost_above: float = LOST_ABOVE) -> Score:
+def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE) -> Score:
     """Judge one method's answers to a drive; raises ``ScenarioError`` for a method that was not run."""
     if method not in comparison.beliefs:
         there = ", ".join(comparison.beliefs) or "none"
@@ -242,7 +243,7 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
         truth = view.truth if path.known else None
         near = path.within(truth, tolerance)
         rank = _rank(belief, near)
-        outcome = judge(truth, bool(near.any()), belief.lost > lost_above, rank == 1)
+        outcome = judge(truth, bool(near.any()), belief.lost > LOST_ABOVE, rank == 1)
         outcomes.append(outcome)
         left = truth if outcome in ON_MAP else left
         row = _row(path, truth, belief, near, rank, outcome, held_by)
