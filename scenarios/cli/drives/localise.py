@@ -146,9 +146,6 @@ def conclude(
     from refseq.fault import declared_in
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
-    from refseq_bench.scenarios.report.words import scale_words
-    from refseq_bench.scenarios.scoring.pose_error import pose_errors
-    from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
 
     if output is not None:
         metadata = {key: str(value) for key, value in comparison.query_metadata.items()}
@@ -163,17 +160,28 @@ def conclude(
     else:
         if output is not None:
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
-        print_results(comparison.name, found, [comparison])
-        for method, beliefs in comparison.beliefs.items():
-            if errors := pose_errors(comparison, method):
-                say(out, f"{method}: {errors}")
-            if told := scale_words(beliefs):
-                say(out, f"{method}: {told}")
-        for fault in faults:
-            say(out, f"fault: {fault}, at {fault.time:.1f} s")
-        if not map_.has_one_path:
-            out.print(sequence_recall_table(map_, comparison.beliefs))
+        _tell(comparison, map_, found, faults)
     leave_below(found, at_least)
+
+
+def _tell(
+    comparison: "Comparison", map_: "Map", found: "Sequence[StageResult]", faults: "Sequence[DeclaredFault]"
+) -> None:
+    """Print how often the stages are right, what they tell beside places, and the faults that were declared."""
+    from refseq_bench.scenarios.report.words import scale_words
+    from refseq_bench.scenarios.scoring.pose_error import pose_errors
+    from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
+
+    print_results(comparison.name, found, [comparison])
+    for method, beliefs in comparison.beliefs.items():
+        if errors := pose_errors(comparison, method):
+            say(out, f"{method}: {errors}")
+        if told := scale_words(beliefs):
+            say(out, f"{method}: {told}")
+    for fault in faults:
+        say(out, f"fault: {fault}, at {fault.time:.1f} s")
+    if not map_.has_one_path:
+        out.print(sequence_recall_table(map_, comparison.beliefs))
 
 
 def _summary(
