@@ -45,10 +45,13 @@ def path_along(map_: Map, path: MapPath | None = None) -> MissionPath:
 
 
 def path_of(map_: Map, route: "Route") -> MissionPath:
-    """A route through a map; where it changes paths, it goes on as that path was driven there."""
+    """A route through a map; where it changes paths, it goes on as that path was driven there.
+
+    Where one is already there it is a single place, also of the two that a loop makes one.
+    """
     paths = {path.name: path for path in map_.paths}
     legs = [_leg(map_, paths[leg.path], leg.first, leg.last) for leg in route.legs]
-    return joined(legs) if legs else MissionPath(route.places, np.zeros(len(route.places)), ("",), ())
+    return joined(legs) if legs else MissionPath(route.places[:1], np.zeros(1), ("",), ())
 
 
 def joined(legs: Sequence[MissionPath]) -> MissionPath:
