@@ -47,7 +47,8 @@ def learn(
     views, where the profile or a feature is unknown or no feature fits the sensors, and where a feature asks a neural
     network and there is none; also where the views are one
     place, or the odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a
-    motion that is no finite number, for a laser that no beam came back to, and where nothing is seen.
+    motion that is no finite number, for a behaviour that begins nowhere, for a laser that no beam came back to, and
+    where nothing is seen.
     """
     if most_informative is not None and not (isinstance(most_informative, Integral) and most_informative >= 1):
         raise MapError(f"{most_informative} words are to be kept; valid is a whole number of at least 1")
@@ -62,6 +63,7 @@ def learn(
     extractors = make_extractors(names, wanted, chosen)
     check_motions(drive)
     check_way(drive)
+    annotations = annotations_of(drive)
     columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
     for view in (usable(one, wanted) for one in drive):
         columns.append({one.key: one.learn(view) for one in extractors if one.sensor in view.sensors})
@@ -76,7 +78,7 @@ def learn(
         sequence = with_most_informative(sequence, most_informative)
     scans = panoramas(drive if LASER in wanted else [])
     times = np.array([view.time for view in drive], np.float64)
-    return Map.of(sequence, name, annotations_of(drive), scans, times, keys.learnt())
+    return Map.of(sequence, name, annotations, scans, times, keys.learnt())
 
 
 def with_network(profile: Profile, features: Sequence[str] | None = None) -> Profile:

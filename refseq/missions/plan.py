@@ -285,7 +285,7 @@ def _learnt(way: MissionPath) -> tuple[Order, ...]:
     orders = [
         Order(max(at + offset, 0.0), behaviour, LEARNT)
         for words, at in zip(way.behaviours, way.along.tolist(), strict=True)
-        for offset, behaviour in begun(words)
+        for offset, behaviour in _begun(words)
     ]
     for order in orders:
         _check_words(order.behaviour)
@@ -293,6 +293,15 @@ def _learnt(way: MissionPath) -> tuple[Order, ...]:
         orders.insert(0, Order(0.0, GOING_ON, UNTOLD))
     # At the last place nothing begins.
     return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
+
+
+def _begun(words: str) -> list[tuple[float, str]]:
+    try:
+        return begun(words)
+    except ValueError:
+        raise MissionError(
+            f"behaviour {words!r:.40}, as it was learnt, begins nowhere; valid is MT:90@0.31, say"
+        ) from None
 
 
 def _check_words(behaviour: str) -> None:

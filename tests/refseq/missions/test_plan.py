@@ -254,3 +254,11 @@ def test_words_of_a_log_that_lack_numbers_are_told(words: str) -> None:
     way = MissionPath(np.arange(5), np.arange(5) * 2.0, ("MN:8", words, "MN:8", "", ""), ())
     with pytest.raises(MissionError, match=rf"^behaviour '{words}', as it was learnt, lacks numbers; valid are "):
         as_learnt(way)
+
+
+def test_words_that_begin_nowhere_are_told() -> None:
+    way = MissionPath(np.arange(3), np.arange(3) * 2.0, ("MN:8", "go @home", ""), ())
+    with pytest.raises(
+        MissionError, match=r"^behaviour 'go @home', as it was learnt, begins nowhere; valid is MT:90@0"
+    ):
+        as_learnt(way)
