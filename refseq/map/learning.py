@@ -44,11 +44,11 @@ def learn(
     ``most_informative`` only so many words are kept, those that tell most about the place (2.6).
 
     Raises ``MapError`` where there is no view, where no word is to be kept, where a sensor asked for is in none of the
-    views, where the profile or a feature is unknown or no feature fits the sensors, and where a feature asks a neural
-    network and there is none; also where the views are one
-    place, or the odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a
-    motion that is no finite number, for a behaviour that begins nowhere, for a laser that no beam came back to, and
-    where nothing is seen.
+    views, where the profile is unknown or has a value that is not valid, where a feature is unknown or none fits the
+    sensors, and where a feature asks a neural network and there is none; also where the views are one place, or the
+    odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a motion that is no
+    finite number, for a behaviour that begins nowhere, for a laser that no beam came back to, and where nothing is
+    seen.
     """
     if most_informative is not None and not (isinstance(most_informative, Integral) and most_informative >= 1):
         raise MapError(f"{most_informative} words are to be kept; valid is a whole number of at least 1")
