@@ -39,9 +39,10 @@ def learn(
     """Make a map of a drive: one path, one place a view.
 
     ``profile`` is one of ``refseq.map.profile.PROFILES`` by its name, or one of your own. ``sensors`` are those to
-    learn, by default all that a view has; ``features`` names of ``refseq.map.extractors.FEATURES``, by default the
-    profile's. ``metadata`` say which drive it was, ``name`` is the path's; a path without one takes its file's. With
-    ``most_informative`` only so many words are kept, those that tell most about the place (2.6).
+    learn, by default all that a view has; without the laser among them the path has no doors. ``features`` are names of
+    ``refseq.map.extractors.FEATURES``, by default the profile's. ``metadata`` say which drive it was, ``name`` is the
+    path's; a path without one takes its file's. With ``most_informative`` only so many words are kept, those that tell
+    most about the place (2.6).
 
     Raises ``MapError`` where there is no view, where no word is to be kept, where a sensor asked for is in none of the
     views, where the profile is unknown or has a value that is not valid, where a feature is unknown or none fits the
@@ -63,7 +64,7 @@ def learn(
     extractors = make_extractors(names, wanted, chosen)
     check_motions(drive)
     check_way(drive)
-    annotations = annotations_of(drive)
+    annotations = annotations_of(drive if LASER in wanted else [replace(view, scan=None) for view in drive])
     columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
     for view in (usable(one, wanted) for one in drive):
         columns.append({one.key: one.learn(view) for one in extractors if one.sensor in view.sensors})
