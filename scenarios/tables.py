@@ -24,6 +24,11 @@ def counted(value: object) -> str:
     return NONE if value is None else str(value)
 
 
+def with_unknown(cell: str, unknown: int) -> str:
+    """A figure's cell, and beside it the number of values that it leaves out as nobody knows them, where there are."""
+    return f"{cell} ({unknown} unknown)" if unknown else cell
+
+
 class TextTable(Table):
     """A table of names and figures, shown as they are written: a name may hold what rich takes for markup.
 

@@ -41,8 +41,8 @@ class Findings:
     empty where there is none; ``length`` [m] is the way by odometry. ``views`` counts the views before thinning,
     ``without_odometry`` the moments that were passed over because no odometry reaches them, ``without_truth`` the
     views that no true pose reaches, ``unpaired`` the samples of each sensor that no view took. ``notes`` are sentences
-    for the user on what was decided and what is wrong. ``damaged`` are the times of each sensor's pictures that cannot
-    be decoded [s]: their views are without them.
+    for the user on what was decided and what is wrong. ``damaged`` are each sensor's pictures that cannot be decoded,
+    by their files' names or times: they are left out.
     """
 
     channels: Mapping[str, ChannelFindings] = field(default_factory=dict)
@@ -57,12 +57,12 @@ class Findings:
     without_truth: int = 0
     unpaired: Mapping[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    damaged: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    damaged: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def losses(self) -> Iterator[str]:
         """Sentences on the damaged pictures, one a sensor."""
-        for sensor, times in self.damaged.items():
-            if len(times) == 1:
-                yield f"{sensor}: the picture at {times[0]:.3f} s is damaged; its view does without"
-            elif times:
-                yield f"{sensor}: {len(times)} pictures are damaged, the first at {times[0]:.3f} s; views do without"
+        for sensor, told in self.damaged.items():
+            if len(told) == 1:
+                yield f"{sensor}: the picture {told[0]} is damaged and left out"
+            elif told:
+                yield f"{sensor}: {len(told)} pictures are damaged and left out, the first {told[0]}"

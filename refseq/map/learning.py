@@ -39,15 +39,17 @@ def learn(
     """Make a map of a drive: one path, one place a view.
 
     ``profile`` is one of ``refseq.map.profile.PROFILES`` by its name, or one of your own. ``sensors`` are those to
-    learn, by default all that a view has; ``features`` names of ``refseq.map.extractors.FEATURES``, by default the
-    profile's. ``metadata`` say which drive it was, ``name`` is the path's; a path without one takes its file's. With
-    ``most_informative`` only so many words are kept, those that tell most about the place (2.6).
+    learn, by default all that a view has; without the laser among them the path has no doors. ``features`` are names of
+    ``refseq.map.extractors.FEATURES``, by default the profile's. ``metadata`` say which drive it was, ``name`` is the
+    path's; a path without one takes its file's. With ``most_informative`` only so many words are kept, those that tell
+    most about the place (2.6).
 
     Raises ``MapError`` where there is no view, where no word is to be kept, where a sensor asked for is in none of the
-    views, where the profile or a feature is unknown or no feature fits the sensors, and where a feature asks a neural
-    network and there is none; also where the views are one
-    place, or the odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a
-    motion that is no finite number, for a laser that no beam came back to, and where nothing is seen.
+    views, where the profile is unknown or has a value that is not valid, where a feature is unknown or none fits the
+    sensors, and where a feature asks a neural network and there is none; also where the views are one place, or the
+    odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a motion that is no
+    finite number, for a behaviour that begins nowhere, for a laser that no beam came back to, and where nothing is
+    seen.
     """
     if most_informative is not None and not (isinstance(most_informative, Integral) and most_informative >= 1):
         raise MapError(f"{most_informative} words are to be kept; valid is a whole number of at least 1")
@@ -62,6 +64,7 @@ def learn(
     extractors = make_extractors(names, wanted, chosen)
     check_motions(drive)
     check_way(drive)
+    annotations = annotations_of(drive if LASER in wanted else [replace(view, scan=None) for view in drive])
     columns, keys = [], _KeysOnTheWay(extractors if chosen.log_ratio.geometry else ())
     for view in (usable(one, wanted) for one in drive):
         columns.append({one.key: one.learn(view) for one in extractors if one.sensor in view.sensors})
@@ -76,7 +79,7 @@ def learn(
         sequence = with_most_informative(sequence, most_informative)
     scans = panoramas(drive if LASER in wanted else [])
     times = np.array([view.time for view in drive], np.float64)
-    return Map.of(sequence, name, annotations_of(drive), scans, times, keys.learnt())
+    return Map.of(sequence, name, annotations, scans, times, keys.learnt())
 
 
 def with_network(profile: Profile, features: Sequence[str] | None = None) -> Profile:

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cache, lru_cache
+from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Self, get_type_hints
 
@@ -72,7 +73,8 @@ class Profile:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, words and truth values, for a map's header."""
-        return asdict(self) | {"features": list(self.features)}
+        features = list(self.features) if isinstance(self.features, tuple) else self.features
+        return asdict(self) | {"features": features}
 
     def asks_network(self, features: Sequence[str] | None = None) -> bool:
         """True where ``features``, by default its own, ask a neural network."""
@@ -122,12 +124,22 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
 
 
 def profile_of(profile: Profile | str) -> Profile:
-    """A profile of one's own as it is, or that of a name (``profile_named``). Raises ``MapError`` for anything else."""
+    """A profile of one's own in plain numbers, or that of a name (``profile_named``).
+
+    Raises ``MapError`` for anything else, and for a value of one's own that no map file may have.
+    """
     if isinstance(profile, str):
         return profile_named(profile)
     if not isinstance(profile, Profile):
         raise MapError(f"profile {profile!r:.60} is unknown; valid are {', '.join(PROFILES)}, or a Profile")
-    return profile
+    return _read(profile.to_dict())
+
+
+def _read(content: Mapping[str, Any]) -> Profile:
+    try:
+        return Profile.from_dict(content)
+    except ValueError as error:
+        raise MapError(str(error)) from None
 
 
 @lru_cache(maxsize=256)
@@ -146,10 +158,7 @@ def profile_named(name: str) -> Profile:
         _change(content, change)
         if settings.count(setting) > 1:
             raise MapError(f"setting {setting!r} is given twice; valid is once")
-    try:
-        return Profile.from_dict(content)
-    except ValueError as error:
-        raise MapError(str(error)) from None
+    return _read(content)
 
 
 def _change(content: dict[str, Any], change: str) -> None:
@@ -209,7 +218,7 @@ def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
 
 
 def _value(where: str, value: object, kind: type, valid: Range | None) -> object:
-    """A parameter as its dataclass has it: a choice, yes or no, or a number within its range."""
+    """A parameter as its dataclass has it: a choice, yes or no, or a number within its range, NumPy's made plain."""
     if issubclass(kind, StrEnum):
         if value not in list(kind):  # not in a set: a list in a damaged file has no hash
             raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
@@ -222,8 +231,8 @@ def _value(where: str, value: object, kind: type, valid: Range | None) -> object
         if not isinstance(value, bool):
             raise ValueError(f"{where} is {value!r:.60}; valid is true or false")
         return value
-    number = isinstance(value, int if kind is int else int | float) and not isinstance(value, bool)
+    number = isinstance(value, Integral if kind is int else Real) and not isinstance(value, bool)
     if not number or not valid[0] <= value <= valid[1]:  # type: ignore[operator]
         told = "a whole number" if kind is int else "a number"
         raise ValueError(f"{where} is {value!r:.60}; valid is {told} from {valid[0]:g} to {valid[1]:g}")
-    return value
+    return int(value) if isinstance(value, Integral) else float(value)  # type: ignore[arg-type]

@@ -1,6 +1,7 @@
 """Orders of a plan as they are carried out: the one in force, those it runs into, and the tasks still due."""
 
 from refseq.missions.plan import Order, Plan
+from refseq.missions.tasks import Task
 
 
 class Agenda:
@@ -14,6 +15,7 @@ class Agenda:
         self.number = plan.order_at(start) if start > 0 else 0  # of several that begin at the start the first one
         self.due = {number: order.tasks for number, order in enumerate(plan.orders) if order.tasks}
         self.switches: list[tuple[int, float]] = []
+        self._left: set[int] = set()  # orders behind the robot whose tasks were not done
 
     @property
     def order(self) -> Order:
@@ -57,7 +59,17 @@ class Agenda:
         made.switches = [(numbers[old], time) for old, time in self.switches if old in numbers]
         still_due = {numbers[old] for old in self.due if old in numbers}
         made.due = {n: tasks for n, tasks in made.due.items() if n > made.number or n in still_due}
+        made._left = {numbers[old] for old in self._left if old in numbers}
         return made
+
+    def leave_out(self, number: int, *, late: bool) -> list[Task]:
+        """Tasks that are left out where an order is taken up; its own as well where it is taken up too ``late``.
+
+        They stay due, for a robot that comes back, and are told once until it does.
+        """
+        behind = {other for other in self.due if other < number or (late and other == number)}
+        new, self._left = sorted(behind - self._left), behind
+        return [task for other in new for task in self.due[other]]
 
     def order_for(self, along: float, near: float) -> int | None:
         """The order to take up at a place [m along the way]; None behind the last one.

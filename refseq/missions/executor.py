@@ -343,10 +343,13 @@ class Executor:
 
     # --- from order to order ---
 
-    def _begin(self, number: int, *, tasks: bool = True) -> None:
-        """Begin with an order; its tasks come first, where they are still due."""
+    def _begin(self, number: int) -> None:
+        """Begin with an order; its tasks come first, where they are still due and its place is not behind the robot."""
+        late = self.along - self.plan.orders[number].at > self.settings.progress.near
+        if left := self._agenda.leave_out(number, late=late):
+            self._tell(f"left out, behind it: {', '.join(map(str, left))}", Level.WARN)
         self._agenda.begin(number, self._time)
-        self._do_tasks(self._agenda.due.pop(number, ()) if tasks else (), self.order.why, self._set_out)
+        self._do_tasks(() if late else self._agenda.due.pop(number, ()), self.order.why, self._set_out)
 
     def _set_out(self) -> None:
         """Run the behaviour of the order in force."""
@@ -374,7 +377,7 @@ class Executor:
     def _resume_at(self, along: float) -> None:
         """Take up the order that is in force at a place; behind the goal there is none.
 
-        Tasks of a place that lies behind the robot are left out.
+        Tasks of places that lie behind the robot are left out.
         """
         self._kidnapped = False
         near = self.settings.progress.near
@@ -385,10 +388,7 @@ class Executor:
         if number is None:
             self._fail(f"it is behind the last order, {self.plan.orders[-1].behaviour}")
             return
-        late = along - self.plan.orders[number].at > near
-        if late and number in self._agenda.due:
-            self._tell(f"left out, behind it: {', '.join(map(str, self._agenda.due[number]))}", Level.WARN)
-        self._begin(number, tasks=not late)
+        self._begin(number)
 
     def _next(self) -> None:
         if self._agenda.at_end and self.plan.sought is not None:

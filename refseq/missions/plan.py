@@ -165,10 +165,10 @@ def compiled(
     Doors are the way's, each once and in their order: the first step at a door means the first one, and between two
     such steps none is left out. Images are places of the way by their number, objects and other places lie where
     ``landmarks`` say; of scenes only the first that has no place is ``sought``, and the plan ends there. ``errands``
-    are one a step. Raises ``MissionError`` for a landmark that is not on the way, or not behind the one before, and for
-    steps behind one that leaves the way.
+    are one a step. Raises ``MissionError`` for a landmark that is not on the way, or not behind the one before, for
+    steps behind one that leaves the way, for other than one errand a step, and for words of one that lack numbers.
     """
-    landmarks, errands = landmarks or Landmarks(), tuple(errands or (NO_ERRAND,) * len(mission.steps))
+    landmarks, errands = landmarks or Landmarks(), _one_a_step(mission, errands or (NO_ERRAND,) * len(mission.steps))
     matched, steps = _matched(mission, way, landmarks), len(mission.steps)
     orders = list(_learnt(way))
     for number, (at, errand) in enumerate(zip(matched, errands, strict=False), 1):
@@ -186,6 +186,17 @@ def compiled(
         after = matched[-1].at if matched else 0.0
         return Plan(way, tuple(orders), way.length, sought=Sought(mission, landmarks, errands, len(matched), after))
     return _up_to(way, orders, order, stops=_wanted(at, errand) is None)
+
+
+def _one_a_step(mission: Mission, errands: Sequence[Errand]) -> tuple[Errand, ...]:
+    if len(errands) != len(mission.steps):
+        raise MissionError(
+            f"mission {mission}: {len(errands)} errands for {len(mission.steps)} steps; valid is one a step"
+        )
+    for number, errand in enumerate(errands, 1):
+        with _step(mission, number):
+            _check_words(errand.behaviour or "")
+    return tuple(errands)
 
 
 def _up_to(way: MissionPath, orders: Sequence[Order], last: Order, *, stops: bool) -> Plan:
@@ -285,23 +296,32 @@ def _learnt(way: MissionPath) -> tuple[Order, ...]:
     orders = [
         Order(max(at + offset, 0.0), behaviour, LEARNT)
         for words, at in zip(way.behaviours, way.along.tolist(), strict=True)
-        for offset, behaviour in begun(words)
+        for offset, behaviour in _begun(words)
     ]
     for order in orders:
-        _check_words(order.behaviour)
+        _check_words(order.behaviour, ", as it was learnt,")
     if not orders or orders[0].at > 0:
         orders.insert(0, Order(0.0, GOING_ON, UNTOLD))
     # At the last place nothing begins.
     return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
 
 
-def _check_words(behaviour: str) -> None:
+def _begun(words: str) -> list[tuple[float, str]]:
+    try:
+        return begun(words)
+    except ValueError:
+        raise MissionError(
+            f"behaviour {words!r:.40}, as it was learnt, begins nowhere; valid is MT:90@0.31, say"
+        ) from None
+
+
+def _check_words(behaviour: str, told: str = "") -> None:
     """Raise ``MissionError`` for words, as a log of others may hold them, that lack numbers of their behaviour."""
     try:
         kind_of(behaviour)
     except ValueError:
         raise MissionError(
-            f"behaviour {behaviour!r:.40}, as it was learnt, lacks numbers; valid are MW:left,0.5,4 and MT:90, say"
+            f"behaviour {behaviour!r:.40}{told} lacks numbers; valid are MW:left,0.5,4 and MT:90, say"
         ) from None
 
 

@@ -75,8 +75,8 @@ class ProgressFilter:
     def update(self, belief: Belief) -> Estimate:
         """Take the belief of a view at the present position."""
         self._scale = belief.odometer_scale
-        on_way = (1.0 - belief.lost) * belief.places[self._path.places]
-        if belief.lost <= LOST_ABOVE and (found := self._peak(on_way, self.along)) is not None:
+        places = (1.0 - belief.lost) * belief.places
+        if belief.lost <= LOST_ABOVE and (found := self._peak(places, self.along)) is not None:
             self._views += 1
             found, share = self._measured(belief, found)
             self.along += max(share, 1 / self._views) * (found - self.along)
@@ -84,9 +84,9 @@ class ProgressFilter:
             self.agreements += 1
             return Estimate.AGREES
         self.doubts, self.agreements, self.beside = self.doubts + 1, 0, None
-        other = (
-            None if belief.lost > LOST_ABOVE else self._peak(on_way, float(self._path.along[int(np.argmax(on_way))]))
-        )
+        held = self._path.held
+        highest = float(held.along[int(np.argmax(places[held.places]))])
+        other = None if belief.lost > LOST_ABOVE else self._peak(places, highest)
         if other is None:
             self.losses, self._other = self.losses + 1, None
             return Estimate.LOST
@@ -117,8 +117,15 @@ class ProgressFilter:
         self._views = 1  # the others were taken close by, or at the same place
         return Estimate.MOVED
 
-    def _peak(self, on_way: NDArray[np.float64], about: float) -> float | None:
-        """Mean position of what a belief has near a place [m]; None where that is not most of it."""
-        weights = np.where(np.abs(self._path.along - about) <= self._settings.near, on_way, 0.0)
+    def _peak(self, probabilities: NDArray[np.float64], about: float) -> float | None:
+        """Mean position of what a belief (K,) has near a position [m]; None where that is not most of it.
+
+        A place counts once, at the mean of its positions there, however many views of the way lie at it.
+        """
+        held = self._path.held
+        here = np.abs(held.along - about) <= self._settings.near
+        places, spot, counts = np.unique(held.places[here], return_inverse=True, return_counts=True)
+        positions = np.bincount(spot, held.along[here]) / counts
+        weights = probabilities[places]
         total = float(weights.sum())
-        return float(weights @ self._path.along) / total if total > self._settings.sure else None
+        return float(weights @ positions) / total if total > self._settings.sure else None

@@ -1,7 +1,7 @@
 """The command ``refseq map add``: a later drive as further experiences of a map's places."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,6 +18,10 @@ from refseq_bench.scenarios.cli.terminal.options import (
 )
 from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive
 from refseq_bench.scenarios.tables import say
+
+if TYPE_CHECKING:
+    from refseq.map.growth.adding import Grown
+    from refseq.map.map import Map
 
 ADD_HELP = """Examples:
 
@@ -45,7 +49,6 @@ def add(
     """Let a map grow by a later drive along its paths: what was not recognised well is kept of it."""
     from refseq.map.growth.adding import GrowthSettings, add_drive
     from refseq_bench.scenarios.maps.merge_notes import STRETCHED
-    from refseq_bench.scenarios.maps.sizes import size_of
 
     target = output or map_file
     check_output(target, of=[drive_file, *selection.chosen().files])
@@ -58,18 +61,24 @@ def add(
     if abs(grown.stretch - 1) > STRETCHED:
         told = f"shows {grown.stretch:.2f} m for each metre of the map's: one of them has another scale"
         say(err, f"note: the odometry of {drive_file.name} {told}")
+    _tell_grown(grown, map_, drive_file.name, target, as_json=as_json)
+
+
+def _tell_grown(grown: "Grown", map_: "Map", drive: str, target: Path, *, as_json: bool) -> None:
+    """Print how a map grew by a drive, and how large it was before and is now."""
+    from refseq_bench.scenarios.maps.sizes import size_of
+
     before, after = size_of(map_), size_of(grown.map)
     if as_json:
         print_json(
             {"drive": grown.drive, "known": grown.known, "placed": grown.placed, "kept": grown.kept}
             | {"forgotten": grown.forgotten, "before": before, "after": after}
         )
-        return
-    if grown.known:
-        say(out, f"{target}: {drive_file.name} was added before, nothing is new")
-        return
-    say(
-        out,
-        f"{target}: {grown.drive.kept} of {grown.drive.views} views kept, {grown.placed} found on the map, "
-        f"{grown.forgotten} older ones forgotten; {before.bytes} bytes before, {after.bytes} now",
-    )
+    elif grown.known:
+        say(out, f"{target}: {drive} was added before, nothing is new")
+    else:
+        say(
+            out,
+            f"{target}: {grown.drive.kept} of {grown.drive.views} views kept, {grown.placed} found on the map, "
+            f"{grown.forgotten} older ones forgotten; {before.bytes} bytes before, {after.bytes} now",
+        )

@@ -26,6 +26,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_ending, check_output, read_drive, words
+from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -72,7 +73,8 @@ def learn(
     check_output(output, of=[recording, *selection.chosen().files])
     chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
     drive = read_drive(recording, selection.with_noise(seed), wanted)
-    metadata = {**drive.metadata, "source": recording.name}
+    notes = reading_notes(selection.chosen())
+    metadata = {**without_reading_notes(drive.metadata), "source": recording.name, **notes}
     map_ = learn_map(
         drive.views,
         sensors=wanted,
@@ -135,7 +137,7 @@ def merge(
     from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins, members
-    from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
+    from refseq_bench.scenarios.maps.checks import check_made, in_order, read_maps
     from refseq_bench.scenarios.maps.joins_page import write_joins_page
 
     _check_merge_files(output, write_decisions, page, recordings or [])
@@ -143,23 +145,40 @@ def merge(
     files, before = (maps, []) if keep_joins else members.with_members(maps)
     # A map that was merged before may be replaced: its members stay.
     check_output(output, write_decisions, page, of=files)
-    wishes = joins.read_decisions(decisions) if decisions else []
-    check_agreeing(wishes)
-    wishes = members.newest(wishes, before)
-    read = read_maps(files, wishes)
-    wishes = in_order(wishes, read)
+    asked = _asked_joins(decisions, before)
+    read = read_maps(files, asked)
+    wishes = in_order(asked, read)
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
     check_made(merged.decisions, joins.BY_A_PERSON)
     if write_decisions is not None:
         joins.write_decisions(write_decisions, merged.decisions)
     if page is not None:
         write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
-    answers = [decision for decision in merged.decisions if decision.why == joins.BY_A_PERSON]
-    whole = merged.map
-    if all(one.has_one_path for one in read):
-        whole = members.recorded(whole, files, output, members.newest(answers, wishes))
+    whole = _with_members(merged, read, files, output, wishes)
     whole.save(output)
     _tell_merged(merged, read, whole, output)
+
+
+def _asked_joins(decisions: Path | None, before: "Sequence[Decision]") -> "list[Decision]":
+    """Decisions of a person about joins: those in a file, and earlier ones of merged maps about other stretches."""
+    from refseq_bench.scenarios.maps import joins, members
+    from refseq_bench.scenarios.maps.checks import check_agreeing
+
+    asked = joins.read_decisions(decisions) if decisions else []
+    check_agreeing(asked)
+    return members.newest(asked, before)
+
+
+def _with_members(
+    merged: "Merged", read: "Sequence[Map]", files: "Sequence[Path]", output: Path, wishes: "Sequence[Decision]"
+) -> "Map":
+    """The merged map with a record of its members, where each of them is a map of one path."""
+    from refseq_bench.scenarios.maps import joins, members
+
+    if not all(one.has_one_path for one in read):
+        return merged.map
+    answers = [decision for decision in merged.decisions if decision.why == joins.BY_A_PERSON]
+    return members.recorded(merged.map, files, output, members.newest(answers, wishes))
 
 
 def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, recordings: list[Path]) -> None:

@@ -260,17 +260,12 @@ def compiled_mission(
 
 
 def _way(map_: "Map", start: str | None, goal: str | None) -> "MissionPath":
-    from refseq.atlas.routes import place_of, shortest_route
-    from refseq.missions import path_of
+    from refseq_bench.scenarios.missions.way import way_between
 
-    first = map_.paths[0]
-    if goal is None and start is None and map_.has_one_path:
-        goal = f"{first.name}:{len(first) - 1}"
-    if goal is None:
+    if goal is None and not map_.has_one_path:
         names = ", ".join(path.name for path in map_.paths)
         raise ScenarioError(f"nobody says where to; valid is --to PATH:VIEW, a view of {names}")
-    begin = place_of(map_, start or f"{first.name}:0")
-    return path_of(map_, shortest_route(map_, begin, place_of(map_, goal)))
+    return way_between(map_, start, goal)
 
 
 def _number(text: str) -> float | str:

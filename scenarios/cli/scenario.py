@@ -150,7 +150,12 @@ def run(
 ) -> None:
     """Run scenarios and judge them."""
     from refseq_bench.scenarios.campaign.declare.cases import find
-    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
+    from refseq_bench.scenarios.campaign.declare.overrides import (
+        judged_instead,
+        with_methods,
+        with_renderer,
+        with_seeds,
+    )
     from refseq_bench.scenarios.campaign.results import Results
     from refseq_bench.scenarios.campaign.store.cache import Store
     from refseq_bench.sim.rendering.renderer import RendererKind
@@ -158,7 +163,11 @@ def run(
 
     only_one_of(workers=workers, ray=ray)
     check_folder(output)
-    cases = with_seeds(with_methods(find(scenarios), localiser or (), words(methods, "methods")), seeds)
+    declared = find(scenarios)
+    asked = with_methods(declared, localiser or (), words(methods, "methods"))
+    for line in judged_instead(declared, asked) if not localiser else ():
+        say(err, f"note: {line}")
+    cases = with_seeds(asked, seeds)
     cases = with_renderer(cases, RendererKind(renderer) if renderer else None)
     store = Store(cache or user_cache())
     executor = _executor(workers, ray, store)  # before the folder is touched: a wrong address leaves what is there
@@ -271,6 +280,8 @@ def report(
     from refseq_bench.scenarios.campaign.store.result_file import read_result
 
     only_one_of(markdown=markdown, json=as_json)
+    for other in ({"json": as_json}, {"across": across or None}):  # which have the figures that they have
+        only_one_of(figures=figures, **other)
     if case and not across:
         raise ScenarioError("--case goes with --across; valid is to name a figure as well, as in --across success")
     record = read_result(folder)

@@ -1,6 +1,7 @@
 """The command ``refseq scenario search``."""
 
 import shlex
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,7 +20,12 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
     from refseq_bench.scenarios.campaign.declare.cases import Case
+    from refseq_bench.scenarios.campaign.search.dials import Dial
+    from refseq_bench.scenarios.campaign.search.search import SearchResult
+    from refseq_bench.scenarios.campaign.search.seek import Prober
 
 SEARCH_HELP = """Examples:
 
@@ -49,26 +55,15 @@ def search(
     output: Annotated[Path, output("Folder for what is found.", "FOLDER")] = Path("out/search"),
 ) -> None:
     """Search a scenario's dials for the point at which a method fails, and the smallest change that does it."""
-    from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
     from refseq_bench.scenarios.campaign.search.dials import selected_dials
-    from refseq_bench.scenarios.campaign.search.search import found_words, write_search
     from refseq_bench.scenarios.campaign.search.search import search as searched
-    from refseq_bench.scenarios.campaign.search.seek import Prober
-    from refseq_bench.scenarios.campaign.store.cache import Store
-    from refseq_bench.user_cache import user_cache
+    from refseq_bench.scenarios.campaign.search.search import write_search
 
     check_folder(output)
     case = _easy_point(scenario, method, seeds, renderer)
     dials = selected_dials(case, dial or ())
-    store = Store(cache or user_cache())
-    executor = LocalWorkers(workers, store.folder)
-    at_once = True
-    try:
-        probe = Prober(case, dials, executor, store)
+    with _prober(case, dials, workers, cache) as probe:
         found = searched(probe, dials, budget, seed=seed, enough=enough / 100, say=lambda line: say(out, line))
-        at_once = False
-    finally:
-        executor.close(at_once=at_once)
     other = None if renderer is CameraRenderer.BAKED else renderer
     told = _as_typed(
         scenario, method=method, budget=budget, seed=seed, enough=f"{enough:g}", dial=dial, seeds=seeds or None,
@@ -76,6 +71,31 @@ def search(
     )  # fmt: skip
     with writing(output):
         files = write_search(found, case, dials, output, told=told, enough=enough / 100)
+    _tell_found(found, files, enough)
+
+
+@contextmanager
+def _prober(case: "Case", dials: "Mapping[str, Dial]", workers: int, cache: Path | None) -> "Iterator[Prober]":
+    """Runner of points of the search; its processes end with the block, at once where it was interrupted."""
+    from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
+    from refseq_bench.scenarios.campaign.search.seek import Prober
+    from refseq_bench.scenarios.campaign.store.cache import Store
+    from refseq_bench.user_cache import user_cache
+
+    store = Store(cache or user_cache())
+    executor = LocalWorkers(workers, store.folder)
+    at_once = True
+    try:
+        yield Prober(case, dials, executor, store)
+        at_once = False
+    finally:
+        executor.close(at_once=at_once)
+
+
+def _tell_found(found: "SearchResult", files: "Sequence[Path]", enough: float) -> None:
+    """Print the worst point, the smallest change, and the files that were written."""
+    from refseq_bench.scenarios.campaign.search.search import found_words
+
     say(out, f"worst: {found_words(found.worst)}")
     if found.smallest is None:
         say(out, f"no point of {len(found.points)} below {enough:g} %")

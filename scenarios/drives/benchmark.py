@@ -9,7 +9,7 @@ from refseq.logs import Recording
 from refseq.view import View
 from refseq_bench.scenarios.datasets.ground_truth import GroundTruth, PictureTruth, ground_truth
 from refseq_bench.scenarios.datasets.layouts import dataset_pairs, is_dataset
-from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
+from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, check_all_views, read_drive
 from refseq_bench.scenarios.drives.naming import pair_name
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import METHODS, answers_of_each
@@ -108,6 +108,8 @@ def _answered(pair: DrivePair, contest: Benchmark, failures: dict[str, Misbehave
     query = read_drive(pair.query, contest.selection)
     asked = Comparison("", reference.views, reference.metadata, query.views, query.metadata, {})
     if pair.truth is not None:
+        check_all_views(reference.metadata, pair.reference)
+        check_all_views(query.metadata, pair.query)
         asked = PictureTruth(pair.truth, (first_place(contest.places), 0)).judging(asked)
     views = query_views(asked.query_views, contest, pair.query)
     left = [name for name in contest.methods if name not in failures]

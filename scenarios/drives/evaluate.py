@@ -97,5 +97,5 @@ def _result(comparisons: Sequence[Comparison], stage: Stage, tolerances: tuple[T
     success = {tolerance: total.success for tolerance, total in pooled.items()}
     wide = pooled[tolerances[0]]
     failures = wide.failures if wide.scored else None
-    found = pool_consistency([consistency(one, stage) for one in comparisons])
+    found = pool_consistency([consistency(one, stage, tolerances[0]) for one in comparisons])
     return StageResult(stage, success, failures, int(lost), found)

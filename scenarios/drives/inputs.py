@@ -3,7 +3,7 @@
 import logging
 import math
 import os
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from refseq.logs.beliefs import LocalisedViews
     from refseq.logs.trajectories import PoseTable
     from refseq.map.map import Map
-    from refseq_bench.scenarios.scoring.comparison import Comparison
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +150,26 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     given = {"odometry": selection.odometry, "truth": selection.truth}
     notes = {key: Path(name).name for key, name in given.items() if name is not None}
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
-    return replace(recording, metadata={**recording.metadata, **notes, **unwhole})
+    return replace(recording, metadata={**recording.metadata, **notes, **unwhole, **views_left_out(recording)})
+
+
+LEFT_OUT = "left_out"
+"""Note of a drive some of whose views are gone with their damaged pictures, and of a map that is learnt from it."""
+
+
+def views_left_out(drive: "Recording") -> dict[str, str]:
+    """That note; none where all views are there, as those are that another sensor has seen."""
+    damaged = drive.findings.damaged if drive.findings else {}
+    told = [f"{sensor}: {len(those)}, the first {those[0]}" for sensor, those in damaged.items() if those]
+    return {LEFT_OUT: told[0]} if len(damaged) == len(told) == 1 else {}
+
+
+def check_all_views(metadata: Mapping[str, str], path: Path) -> None:
+    """Raise ``ScenarioError`` where views were left out: the right answers are numbers of pictures."""
+    if told := metadata.get(LEFT_OUT):
+        raise ScenarioError(
+            f"{path}: damaged pictures are left out ({told}), and the ground truth counts all; valid are whole ones"
+        )
 
 
 def load_map(path: Path) -> "Map":
@@ -283,28 +301,3 @@ def read_answers(beliefs: Path) -> "LocalisedViews":
     if not found.beliefs:
         raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of the recording")
     return found
-
-
-def read_comparison(
-    map_file: Path,
-    query: Path,
-    beliefs: Path,
-    reference: Path | None,
-    selection: DriveSelection = WHOLE,
-) -> "Comparison":
-    """A localised drive put together again from its files."""
-    from refseq.map.map import Map
-    from refseq_bench.scenarios.drives.evaluate import comparison_of
-
-    map_ = Map.load(map_file)
-    if reference is not None and not map_.has_one_path:
-        raise ScenarioError(
-            f"{reference}: has the pictures of one drive, {map_file} is a map of several; valid is no reference"
-        )
-    found = read_answers(beliefs)
-    drive = read_drive(query, replace(selection, times=found.times))
-    places = read_drive(reference).views if reference else None
-    try:
-        return comparison_of(f"{map_file.name} ← {query.name}", map_, drive, found.beliefs, places)
-    except ScenarioError as error:
-        raise ScenarioError(f"{beliefs}: {error}") from error

@@ -1,6 +1,7 @@
 """Odometry that no robot has: poses in other units, and poses that jump, as where a program began anew."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,12 @@ def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
     if 2 * len(jumped) > len(speeds):
         return []
     return [OdometryJump(int(k) + 1, float(ways[k]), float(lasts[k]), float(times[k])) for k in jumped]
+
+
+def without_jumps(views: Sequence[View]) -> list[View]:
+    """The same views, at rest on each step that jumped: the robot was carried nowhere, its odometry began anew."""
+    jumped = {jump.view for jump in odometry_jumps(views)}
+    return [replace(view, distance=0.0, turn=0.0) if k in jumped else view for k, view in enumerate(views)]
 
 
 def odometry_doubts(views: Sequence[View], start: float) -> Iterator[str]:

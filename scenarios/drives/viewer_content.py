@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_answers, read_drive
+from refseq_bench.scenarios.drives.learnt_views import place_views
 from refseq_bench.scenarios.drives.viewer_recording import is_recorded, name_of, record_at
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from refseq.logs import Recording
     from refseq.logs.beliefs import LocalisedViews
     from refseq.map.map import Map
-    from refseq.view import View
     from refseq.viewer.localise_tab import LocaliseTab
     from refseq.viewer.places import Places
     from refseq.viewer.tab import Tab
@@ -99,9 +99,8 @@ def read_content(files: Sequence[Path], reference: Path | None, selection: Drive
         return RecordedContent(name_of(record), (), path=record)
     found = _Files.sorted_out(files)
     learnt = [Map.load(path) for path in found.maps]
-    first = read_drive(reference).views if reference else ()
     if not found.recordings:
-        places = _places(found.maps[0], learnt[0], reference, first)
+        places = _places(found.maps[0], learnt[0], reference)
         return ViewerContent(files[0].name, [MapTab(learnt[0], places.views)])
     if not found.tables:
         return ViewerContent(files[0].name, (), LocaliseTab(read_drive(found.recordings[0], selection).views))
@@ -110,14 +109,14 @@ def read_content(files: Sequence[Path], reference: Path | None, selection: Drive
     tables = {table: read_answers(table) for table in found.tables}
     drive = read_drive(found.recordings[0], replace(selection, times=tables[found.tables[0]].times))
     name = f"{found.maps[0].name} ← {found.recordings[0].name}"
-    return _localised(name, tables, (found.maps, learnt), (reference, first), drive)
+    return _localised(name, tables, (found.maps, learnt), reference, drive)
 
 
 def _localised(
     name: str,
     tables: "Mapping[Path, LocalisedViews]",
     maps: "tuple[Sequence[Path], Sequence[Map]]",
-    reference: "tuple[Path | None, Sequence[View]]",
+    reference: Path | None,
     drive: "Recording",
 ) -> ViewerContent:
     from refseq.viewer.belief_log import LocaliserLayer, beside
@@ -125,7 +124,7 @@ def _localised(
     from refseq.viewer.map.tab import MapTab
 
     learnt = maps[1]
-    places = [_places(path, map_, *reference) for path, map_ in zip(*maps, strict=True)]
+    places = [_places(path, map_, reference) for path, map_ in zip(*maps, strict=True)]
     answers, layers = {}, []
     for number, (table, found) in enumerate(tables.items()):
         which = number if len(learnt) > 1 else 0
@@ -150,13 +149,8 @@ def _beliefs(
         raise ScenarioError(f"{table}: {error}") from error
 
 
-def _places(path: Path, learnt: "Map", reference: Path | None, views: "Sequence[View]") -> "Places":
+def _places(path: Path, learnt: "Map", reference: Path | None) -> "Places":
     """The places of a map, with the pictures of its drive."""
     from refseq.viewer.places import Places
 
-    if reference is not None and len(views) != len(learnt):
-        raise ScenarioError(
-            f"{reference}: has {len(views)} views, {path} has {len(learnt)} places; valid is the drive it was learnt "
-            "from, or no reference for an atlas or a reduced map"
-        )
-    return Places.of(learnt, views)
+    return Places.of(learnt, place_views(learnt, path, reference) if reference else ())

@@ -15,8 +15,8 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection
-from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps
-from refseq_bench.scenarios.drives.repeated_truth import one_path
+from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, without_jumps
+from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
 from refseq_bench.scenarios.drives.truth_fit import truth_doubt
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.log_tools.clocks.late import ClockedDrive, SensorClock, clocked_drive
@@ -96,7 +96,7 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     views = len(kept) if kept else 0
     troubles = troubles_of(found, plan)
     cost = expected_cost([] if plan is None else _sample_views(found, plan, troubles), views, PROFILE)
-    same = one_path(way, true)
+    same = plan is not None and repeats_odometry(plan.views)
     places = true if len(true) > MOST * len(way) and not same else way
     jumps = odometry_jumps(plan.views) if plan else []
     driven = _travelled(way, places, jumps=bool(jumps))
@@ -144,12 +144,12 @@ def _doubts(plan: ViewPlan | None, selection: DriveSelection) -> tuple[str, ...]
 
 def _spacing(plan: ViewPlan) -> float:
     """Mean distance from view to view [m]."""
-    return sum(abs(view.distance) for view in plan.views) / max(1, len(plan) - 1)
+    return sum(abs(view.distance) for view in without_jumps(plan.views)) / max(1, len(plan) - 1)
 
 
 def _way(plan: ViewPlan | None) -> NDArray[np.float64]:
-    """Poses of the views by odometry, from the first true pose or the origin on, (n, 3)."""
-    views = plan.views if plan and motion_origin(plan.findings) else ()
+    """Poses of the views by odometry, from the first true pose or the origin on, (n, 3); its jumps are no way."""
+    views = without_jumps(plan.views) if plan and motion_origin(plan.findings) else ()
     return dead_reckoned(views, views[0].truth if views else None)
 
 

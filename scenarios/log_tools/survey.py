@@ -7,7 +7,7 @@ from typing import TypeGuard
 
 import numpy as np
 
-from refseq.logs.decoding.picture import LazyPicture
+from refseq.logs.decoding.picture import LazyPicture, damage
 from refseq.logs.findings import Findings
 from refseq.logs.source import Channel, Content, LogSource, Role, Sample
 from refseq.view import Scan
@@ -160,8 +160,12 @@ def topic_of(origin: str) -> str:
 
 
 def pictures_of(topic: TopicSurvey, count: int) -> tuple[tuple[float, LazyPicture], ...]:
-    """Times [s] and pictures of at most ``count`` of a camera's samples, spread over the log; none of a laser."""
-    found = [(one.time, one.content) for one in topic.samples if is_picture(one.content)]
+    """Times [s] and pictures of at most ``count`` of a camera's samples, spread over the log; none of a laser.
+
+    Damaged ones are left out, as views leave them out, where there are others.
+    """
+    every = [(one.time, one.content) for one in topic.samples if is_picture(one.content)]
+    found = [(time, picture) for time, picture in every if not damage(picture)] or every
     chosen = np.unique(np.linspace(0, len(found) - 1, count).round().astype(int)).tolist() if found else []
     return tuple((found[k][0], found[k][1]) for k in chosen)
 

@@ -10,12 +10,15 @@ from refseq_bench.scenarios.log_tools.survey import KEPT, LogSurvey, TopicSurvey
 def troubles_of(found: LogSurvey, plan: ViewPlan | None) -> Mapping[str, str]:
     """Trouble of each sensor of the plan, by its name; sensors that are well are not named."""
     topics = {topic.name: topic for topic in found.topics}
-    sensors = plan.findings.sensors if plan else {}
-    told = {name: _trouble(topics[topic], found.zero(topics[topic])) for topic, name in sensors.items()}
+    if plan is None:
+        return {}
+    sizes = plan.other_sizes()
+    sensors = plan.findings.sensors.items()
+    told = {name: sizes.get(topic) or _trouble(topics[topic], found) for topic, name in sensors}
     return {name: why for name, why in told.items() if why}
 
 
-def _trouble(topic: TopicSurvey, start: float) -> str:
+def _trouble(topic: TopicSurvey, found: LogSurvey) -> str:
     if scans := scans_of(topic):
         return "" if any(scan.returned.any() for scan in scans) else f"no beam came back in {len(scans)} scans"
     sizes = set()
@@ -23,6 +26,6 @@ def _trouble(topic: TopicSurvey, start: float) -> str:
         try:
             height, width = picture.decode().shape
         except LogError as error:
-            return f"at {time - start:.1f} s {error}"
+            return f"at {time - found.zero(topic):.1f} s {error}"
         sizes.add(f"{width} × {height}")
     return f"its pictures are {' and '.join(sorted(sizes))} pixels; valid is one size" if len(sizes) > 1 else ""

@@ -5,13 +5,11 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs import ViewPlan, open_log, plan_views
-from refseq.logs.pairing.plan import SAME_TIME
 from refseq.map.map import Map
 from refseq.map.paths.path import MapPath
+from refseq_bench.scenarios.drives.learnt_views import learnt_plan
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.images import picture
 
@@ -42,7 +40,7 @@ def view_pictures(
         for path in map_.paths:
             if len(views := sorted(set(wanted.get(path.name, ())))):
                 try:
-                    found |= _pictures(path, _recording(map_, path.name, recordings), views)
+                    found |= _pictures(map_, path, _recording(map_, path.name, recordings), views)
                 except (LogError, ScenarioError) as error:
                     logging.getLogger(__name__).warning("no pictures of %s: %s", path.name, error)
     return found
@@ -61,34 +59,11 @@ def _recording(map_: Map, name: str, recordings: Sequence[Path]) -> Path:
     raise ScenarioError(f"its recording {source} is not among {', '.join(map(str, recordings))}")
 
 
-def _pictures(path: MapPath, recording: Path, views: Sequence[int]) -> ViewPictures:
+def _pictures(map_: Map, path: MapPath, recording: Path, views: Sequence[int]) -> ViewPictures:
     """Pictures of some views of a path, in the order of their numbers. Raises ``ScenarioError`` and ``LogError``."""
-    if not len(path.times):
-        raise ScenarioError("its map is of before, and does not tell when its views were taken; valid is to learn anew")
-    plan = plan_views(open_log(recording))
-    _check_times(plan, path, recording)
-    read = plan.at(path.times[list(views)].tolist()).read()
+    read = learnt_plan(map_, path, recording, np.array(views, np.intp)).read()
     return {
         (path.name, number): {camera: picture(image) for camera, image in sorted(view.images.items())}
         for number, view in zip(views, read, strict=True)
         if view.images
     }
-
-
-def _check_times(plan: ViewPlan, path: MapPath, recording: Path) -> None:
-    """Raise ``ScenarioError`` for a recording that lacks a view of a path: another drive may have the same name."""
-    there = np.array([view.time for view in plan.views])
-    off = _off(there, path.times)
-    if (missed := np.flatnonzero(off > SAME_TIME)).size:
-        view = int(missed[0])
-        raise ScenarioError(
-            f"{recording} has no view at {path.times[view]:.6f} s, as view {view} is; valid is the recording that the "
-            "map was learnt from"
-        )
-
-
-def _off(there: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of each of some times to the nearest of those that are ``there``, (K,) [s]."""
-    rising = np.sort(there)
-    after = np.clip(np.searchsorted(rising, times), 0, len(rising) - 1)
-    return np.minimum(np.abs(rising[after] - times), np.abs(rising[np.maximum(after - 1, 0)] - times))

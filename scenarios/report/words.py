@@ -3,10 +3,8 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from refseq.belief import Belief
-from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, median_way
 from refseq_bench.scenarios.tables import NONE
 
 
@@ -33,10 +31,16 @@ def duration_text(seconds: float) -> str:
 
 
 def distances(found: Sequence[DistanceOrNever]) -> str:
-    """Median of some distances, and how many were never reached."""
-    reached = [distance for distance in found if distance is not None]
-    never = len(found) - len(reached)
-    return (metres(float(np.median(reached))) if reached else NONE) + (f" ({never} never)" if never else "")
+    """Median of some distances, and how many were never reached; never where at least half were not."""
+    never, median = found.count(None), median_way(found)
+    if math.isinf(median):
+        return f"never ({never} of {len(found)})"
+    return metres(median) + (f" ({never} never)" if never else "")
+
+
+def span_words(ordered: Sequence[object]) -> str:
+    """The only one of some things in order, or the first and the last."""
+    return str(ordered[0]) if len(ordered) == 1 else f"{ordered[0]} to {ordered[-1]}"
 
 
 def scale_words(beliefs: Sequence[Belief]) -> str:

@@ -17,7 +17,7 @@ from refseq_bench.scenarios.scoring.intervals.bootstrap import interval_over_run
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 from refseq_bench.scenarios.scoring.proportion import Proportion
-from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, median_way
 from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score, harm, pool, score
 
 STEPS = ("features", "matching", "mixture", "chain", "total")
@@ -120,7 +120,6 @@ def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
 def figures_record(one: Figures) -> dict[str, float | None]:
     """All figures of a method by their names, units in them; None where there is none."""
     wide, curve = one.wide, one.wide.retrieval
-    false_fixes = int(np.isfinite(wide.false_fixes).sum())
     record = _success_record(one.wide, one.wide_runs) | _success_record(one.narrow, one.narrow_runs)
     record |= {f"within_{n}_places_right_views": _scored(wide, wide.within_places(n).successes) for n in PLACES_OFF}
     record |= {f"recall_at_{n}_percent": _finite(100 * wide.recall(n).value) for n in RANKS}
@@ -128,8 +127,9 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         "failures_views": _scored(wide, wide.failures),
         "accuracy_percent": _finite(100 * wide.accuracy.value),
         "off_map_views": _scored(wide, int(wide.off_map.sum())),
-        "false_fixes_views": _scored(wide, false_fixes),
+        "false_fixes_views": _scored(wide, wide.count(Outcome.FALSE_FIX)),
         "worst_false_fix_m": _finite(wide.worst_false_fix),
+        "false_fixes_unknown_views": _scored(wide, wide.unknown_false_fixes),
         "auc": _finite(curve.auc) if curve else None,
         "recall_at_precision_100_percent": _finite(100 * curve.recall_at(1.0)) if curve else None,
         "recall_at_precision_99_percent": _finite(100 * curve.recall_at(0.99)) if curve else None,
@@ -139,6 +139,7 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         "lost_fpr_at_95_tpr": _finite(wide.false_alarms),
         "error_median_m": _finite(wide.error_quantile(0.5)),
         "error_p95_m": _finite(wide.error_quantile(0.95)),
+        "error_unknown_views": _scored(wide, wide.unknown_errors),
         "without_features_ms": _finite(one.cost),
         "without_truth_views": wide.count(Outcome.UNSCORED),
         "entropy_auroc": _finite(wide.entropy_auroc),
@@ -221,11 +222,10 @@ def success_over_seeds(runs: Sequence[Score]) -> tuple[float, float] | None:
 
 
 def _ways_record(name: str, ways: Sequence[DistanceOrNever]) -> dict[str, float | None]:
-    found = [way for way in ways if way is not None]
     return {
-        f"{name}_median_m": _finite(float(np.median(found))) if found else None,
+        f"{name}_median_m": _finite(median_way(ways)),
         f"{name}_times": len(ways),
-        f"{name}_never_times": len(ways) - len(found),
+        f"{name}_never_times": ways.count(None),
     }
 
 

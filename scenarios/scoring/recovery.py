@@ -8,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.scoring.outcome import OFF_MAP, ON_MAP, SAYS_LOST, Outcome
@@ -17,6 +19,15 @@ JUMP = 1.5
 
 DistanceOrNever = float | None
 """A distance [m], or ``None`` where the thing never happened."""
+
+
+def median_way(ways: Sequence[DistanceOrNever]) -> float:
+    """Median of some ways [m]: what never happened is longer than all of them; nan without any.
+
+    Infinite where half of them or more never happened: a method that gets there once in five times, at once, is not
+    quick.
+    """
+    return float(np.median([math.inf if way is None else way for way in ways])) if ways else math.nan
 
 
 class Recovery(NamedTuple):
@@ -81,10 +92,14 @@ def is_carried(step: float, odometer: float) -> bool:
 
 
 def _stretches(views: Sequence[_Known]) -> Iterator[list[_Known]]:
-    """Views in a row that are all on the map or all off it, without being carried away in between."""
+    """Views in a row that are all on the map without being carried to another place of it, or all off it.
+
+    A robot that is carried while it is off the map does not leave the map once more.
+    """
     stretch: list[_Known] = []
     for view in views:
-        if stretch and (view.carried or (view.outcome in ON_MAP) != (stretch[-1].outcome in ON_MAP)):
+        on_map = view.outcome in ON_MAP
+        if stretch and (on_map != (stretch[-1].outcome in ON_MAP) or (view.carried and on_map)):
             yield stretch
             stretch = []
         stretch.append(view)

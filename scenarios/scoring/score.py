@@ -1,9 +1,10 @@
 """Score a localiser's answers against the truth: outcomes, errors, and how sure they were.
 
 A query view is *on the map* when some reference view lies within the tolerance of its true pose. The answer to a view
-is ``belief.best``, unless ``belief.lost`` is above a threshold: then the localiser says that it is lost. An answer is
-right when its reference pose lies within the tolerance of the true pose. A view without a true pose is not scored, only
-counted; a reference view without one can be nobody's right answer. Where no reference view has one, no view is scored.
+is ``belief.best``, unless ``belief.lost`` is above ``LOST_ABOVE``: then the localiser says that it is lost. An answer
+is right when its reference pose lies within the tolerance of the true pose. A view without a true pose is not scored,
+only counted; a reference view without one can be nobody's right answer. Where no reference view has one, no view is
+scored.
 """
 
 import math
@@ -47,15 +48,16 @@ class Score:
 
     ``errors`` [m] is the signed distance along the reference path from the true position to the answer, ``nan`` where
     no answer was due or given (lost, off the map, without truth). ``false_fixes`` [m] is how far from the true position
-    the answer of a false fix lies, ``nan`` elsewhere. ``ranks`` is where the first right place stands among all places,
-    the most probable being 1, lost or not, and infinite where no place is right; ``mass`` is the probability of all
-    places within the tolerance of the top one. ``places_off`` is by how many places an answer on the map is ahead of
-    the one nearest to the truth, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs.
-    ``posterior_bits`` is the information about the place that each posterior claims, ``proven_bits`` what the true
-    place leaves of that, ``nan`` off the map. ``last_sure`` [m] is how far the place at which a localiser that says
-    lost off the map was last sure lies from where it was on the map at last, ``nan`` elsewhere and where it does not
-    tell. ``first_fixes`` [m] holds for each run the distance travelled to its first right answer, ``None`` where there
-    was none; ``recovery`` the distances of all runs.
+    the answer of a false fix lies, ``nan`` elsewhere. Both are ``nan`` as well where the answer is a place without a
+    true pose: ``outcomes`` count what was answered, never these. ``ranks`` is where the first right place stands among
+    all places, the most probable being 1, lost or not, and infinite where no place is right; ``mass`` is the
+    probability of all places within the tolerance of the top one. ``places_off`` is by how many places an answer on the
+    map is ahead of the one nearest to the truth, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the
+    beliefs. ``posterior_bits`` is the information about the place that each posterior claims, ``proven_bits`` what the
+    true place leaves of that, ``nan`` off the map. ``last_sure`` [m] is how far the place at which a localiser that
+    says lost off the map was last sure lies from where it was on the map at last, ``nan`` elsewhere and where it does
+    not tell. ``first_fixes`` [m] holds for each run the distance travelled to its first right answer, ``None`` where
+    there was none; ``recovery`` the distances of all runs.
 
     Where several drives were learnt, these distances and numbers of places are along the one that the answer is on. If
     that does not come by, the error is the straight distance, and the number of places infinite.
@@ -118,9 +120,22 @@ class Score:
         return self.count(Outcome.WRONG, Outcome.MISSED)
 
     def error_quantile(self, share: float) -> float:
-        """Quantile of the absolute along-path error over the answers given on the map [m], ``nan`` without any."""
+        """Quantile of the absolute along-path error over the answers given on the map [m], ``nan`` without any.
+
+        Only errors that are known count; ``unknown_errors`` says how many more there are.
+        """
         errors = np.abs(self.errors[np.isfinite(self.errors)])
         return float(np.quantile(errors, share)) if len(errors) else math.nan
+
+    @property
+    def unknown_errors(self) -> int:
+        """Number of answers on the map whose error nobody knows: no true pose is where they point."""
+        return self.count(Outcome.RIGHT, Outcome.WRONG) - int(np.isfinite(self.errors).sum())
+
+    @property
+    def unknown_false_fixes(self) -> int:
+        """Number of answers off the map whose distance nobody knows."""
+        return self.count(Outcome.FALSE_FIX) - int(np.isfinite(self.false_fixes).sum())
 
     def recall(self, first: int) -> Proportion:
         """Views with a right place among their ``first`` most probable ones, of all on the map (recall@N)."""
@@ -156,7 +171,12 @@ class Score:
 
     @property
     def worst_false_fix(self) -> float:
-        """Farthest that an answer off the map lay from where the robot was [m], ``nan`` without any."""
+        """Farthest that an answer off the map lay from where the robot was [m], 0 where all views off it are rejected.
+
+        ``nan`` where no view is off the map, or no false fix' distance is known.
+        """
+        if self.off_map.any() and not self.count(Outcome.FALSE_FIX):
+            return 0.0
         return float(np.nanmax(self.false_fixes)) if np.isfinite(self.false_fixes).any() else math.nan
 
     @property
@@ -212,7 +232,7 @@ class _Row(NamedTuple):
     last_sure: float = math.nan
 
 
-def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost_above: float = LOST_ABOVE) -> Score:
+def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE) -> Score:
     """Judge one method's answers to a drive; raises ``ScenarioError`` for a method that was not run."""
     if method not in comparison.beliefs:
         there = ", ".join(comparison.beliefs) or "none"
@@ -223,7 +243,7 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
         truth = view.truth if path.known else None
         near = path.within(truth, tolerance)
         rank = _rank(belief, near)
-        outcome = judge(truth, bool(near.any()), belief.lost > lost_above, rank == 1)
+        outcome = judge(truth, bool(near.any()), belief.lost > LOST_ABOVE, rank == 1)
         outcomes.append(outcome)
         left = truth if outcome in ON_MAP else left
         row = _row(path, truth, belief, near, rank, outcome, held_by)

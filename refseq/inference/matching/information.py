@@ -62,12 +62,12 @@ def feature_information(matrix: IncidenceMatrix, block: range, noise: Noise = NO
 
 
 def column_information(matrix: IncidenceMatrix, *blocks: range) -> Information:
-    """I(v; k) of whole views made of some blocks' features, the matrix taken at its word: exact.
+    """I(v; k) of whole views made of some blocks' features, without any of all, the matrix taken at its word: exact.
 
     It is the entropy of the groups that places with the same column form.
     """
     chosen = np.zeros(matrix.N, np.bool_)
-    for block in blocks:
+    for block in blocks or (range(matrix.N),):
         chosen[block.start : block.stop] = True
     groups = Counter(rows[chosen[rows]].tobytes() for rows in matrix.columns())
     sizes = np.array(list(groups.values()))

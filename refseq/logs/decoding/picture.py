@@ -7,7 +7,7 @@ import tempfile
 import threading
 import zlib
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import cv2
 import numpy as np
@@ -69,12 +69,31 @@ class LazyPicture(Protocol):
         ...
 
 
+@runtime_checkable
+class CheckedPicture(LazyPicture, Protocol):
+    """A picture that tells its size, and most of its damage, without being decoded."""
+
+    @property
+    def name(self) -> str:
+        """Name of its file; empty for one that lies in a log."""
+        ...
+
+    def check(self) -> tuple[int, int]:
+        """Width and height [pixels]. Raises ``LogError`` for a picture that is damaged."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class CompressedPicture:
     """A PNG or JPEG file in memory."""
 
     data: bytes
     encoding: str = ""
+
+    @property
+    def name(self) -> str:
+        """It lies in a log."""
+        return ""
 
     @property
     def is_depth(self) -> bool:
@@ -86,10 +105,11 @@ class CompressedPicture:
         deep = self.data[:8] == PNG_MAGIC and self.data[24:26] == b"\x10\x00"
         return any(word in DEPTH_ENCODINGS for word in said) or (deep and "mono16" not in said)
 
-    def check(self) -> None:
-        """Raise ``LogError`` for what is no PNG or JPEG, declares too much, or is damaged by what its own sums tell.
+    def check(self) -> tuple[int, int]:
+        """Width and height [pixels], by the head.
 
-        No pixel is decoded. A JPEG has no sums, and of one that is damaged between its head and its end enough is seen.
+        Raises ``LogError`` for what is no PNG or JPEG, declares too much, or is damaged by what its own sums tell. No
+        pixel is decoded. A JPEG has no sums, and of one that is damaged between its head and its end enough is seen.
         """
         PICTURE_BYTES.check(len(self.data), "an image has")
         width, height = declared_size(self.data)
@@ -100,6 +120,7 @@ class CompressedPicture:
                 raise LogError("an image cannot be decoded: it ends too early; valid are PNG and JPEG")
         else:
             check_chunks(self.data)
+        return width, height
 
     def decode(self) -> NDArray[np.uint8]:
         """Grey pixels. Raises ``LogError`` for what is no PNG or JPEG, is damaged, or declares too many pixels."""
@@ -111,10 +132,11 @@ class CompressedPicture:
         return np.asarray(image, np.uint8)
 
 
-def damage(picture: CompressedPicture) -> str:
+def damage(picture: LazyPicture) -> str:
     """The reason for which a picture cannot be decoded, as far as ``check`` tells; empty where it may be."""
     try:
-        picture.check()
+        if isinstance(picture, CheckedPicture):
+            picture.check()
     except LogError as error:
         return str(error)
     return ""
@@ -136,6 +158,29 @@ class RawPicture:
         """16 bits or floats of one channel, by the encoding's name."""
         return self.encoding.lower() in DEPTH_ENCODINGS
 
+    @property
+    def name(self) -> str:
+        """It lies in a log."""
+        return ""
+
+    def check(self) -> tuple[int, int]:
+        """Width and height [pixels]. Raises ``LogError`` for sizes that do not fit the data.
+
+        An encoding that is not read is no damage: no picture of its topic is.
+        """
+        layout = RAW_ENCODINGS.get(self.encoding.lower())
+        if layout is not None:
+            self._check_rows(self.width * layout.bytes)
+        return self.width, self.height
+
+    def _check_rows(self, row: int) -> None:
+        check_size(self.width, self.height)
+        if self.step < row or len(self.data) < self.step * (self.height - 1) + row:
+            raise LogError(
+                f"an image of {self.width} × {self.height} {self.encoding} has {len(self.data)} bytes and rows of "
+                f"{self.step}; valid are at least {row * self.height} bytes and rows of {row}"
+            )
+
     def decode(self) -> NDArray[np.uint8]:
         """Grey pixels.
 
@@ -147,13 +192,8 @@ class RawPicture:
             raise LogError(
                 f"encoding {self.encoding!r} is not read; valid are {', '.join(RAW_ENCODINGS)}, PNG and JPEG"
             )
-        check_size(self.width, self.height)
         row = self.width * layout.bytes
-        if self.step < row or len(self.data) < self.step * (self.height - 1) + row:
-            raise LogError(
-                f"an image of {self.width} × {self.height} {self.encoding} has {len(self.data)} bytes and rows of "
-                f"{self.step}; valid are at least {row * self.height} bytes and rows of {row}"
-            )
+        self._check_rows(row)
         step = self.step if self.height > 1 else row
         rows = np.zeros(step * self.height, np.uint8)  # the last row may end before its padding
         rows[: len(self.data)] = np.frombuffer(self.data, np.uint8)[: len(rows)]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.logs.decoding.picture import CompressedPicture, LazyPicture, check_size, declared_size
+from refseq.logs.pictures.source import FilePicture
 
 HELD = 128 << 20
 """Bytes of pixels that a drive's views hold. More spares decoding a long drive's pictures for each that asks; less
@@ -21,9 +22,9 @@ LATEST = 16
 class EncodedPicture:
     """A compressed picture of a topic, decoded when somebody asks; while there is room its pixels take its place."""
 
-    def __init__(self, store: "PictureStore", topic: str, picture: CompressedPicture) -> None:
+    def __init__(self, store: "PictureStore", topic: str, picture: CompressedPicture | FilePicture) -> None:
         self._store, self._topic = store, topic
-        self._held: CompressedPicture | NDArray[np.uint8] = picture
+        self._held: CompressedPicture | FilePicture | NDArray[np.uint8] = picture
 
     def pixels(self) -> NDArray[np.uint8]:
         """Grey pixels, (height, width). Raises ``LogError`` with file and topic for a picture that is damaged."""
@@ -77,10 +78,12 @@ class PictureStore:
         self._shown: dict[str, tuple[int, int]] = {}  # decoded, a picture of which the head says so is turned
 
     def taken(self, topic: str, picture: LazyPicture) -> NDArray[np.uint8] | EncodedPicture:
-        """The picture if it is compressed, for whoever asks for it; the pixels of any other, which are smaller.
+        """The picture if it is compressed or a file, for whoever asks; the pixels of any other, which are smaller.
 
         Raises ``LogError`` for one of which the head is damaged or tells another size than those before.
         """
+        if isinstance(picture, FilePicture):
+            return EncodedPicture(self, topic, picture)
         if not isinstance(picture, CompressedPicture):
             return self.decoded(topic, picture)
         try:

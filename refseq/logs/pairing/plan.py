@@ -1,6 +1,6 @@
 """Views of a log, planned by odometry before any picture is decoded, then read."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import cast
@@ -16,7 +16,7 @@ from refseq.logs.pairing.moments import NONE, Moments
 from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.schedule import Schedule, schedule
 from refseq.logs.pairing.sensors import Choice, choose
-from refseq.logs.pairing.survey import Survey, survey
+from refseq.logs.pairing.survey import Survey, TopicStamps, survey
 from refseq.logs.recording import Recording, views_of
 from refseq.logs.scans import mounted
 from refseq.logs.source import LogSource
@@ -33,7 +33,8 @@ class ViewPlan:
     """The views that a log will give: all but what their sensors see is known.
 
     ``views`` have time, motion, truth and behaviour; ``moments`` say which samples each is to be filled with. Choosing
-    among them costs nothing; ``read`` passes over the log once and decodes what the plan still holds.
+    among them costs nothing; ``read`` passes over the log once and decodes what the plan still holds. ``stamps`` are
+    those of the sensors' topics, all samples of the log.
     """
 
     source: LogSource
@@ -42,6 +43,7 @@ class ViewPlan:
     moments: Moments
     base: str
     tree: TransformTree
+    stamps: Mapping[str, TopicStamps]
 
     def __len__(self) -> int:
         return len(self.views)
@@ -97,8 +99,16 @@ class ViewPlan:
     def _of(self, kept: NDArray[np.intp], views: tuple[View, ...]) -> "ViewPlan":
         return replace(self, views=views, moments=self.moments.chosen(kept))
 
+    def other_sizes(self) -> Mapping[str, str]:
+        """A sentence on the pictures of each topic that differ in size, where those of the planned views do."""
+        samples = self.moments.samples
+        told = {topic: self.stamps[topic].other_sizes(numbers.tolist()) for topic, numbers in samples.items()}
+        return {topic: sentence for topic, sentence in told.items() if sentence}
+
     def read(self) -> Iterator[View]:
-        """Read the views, in order. Raises ``LogError`` for a picture that cannot be decoded."""
+        """Read the views, in order. Raises ``LogError`` for a picture that cannot be decoded or is of another size."""
+        for topic, sentence in self.other_sizes().items():
+            raise LogError(f"{self.source.path}: topic {topic}: {sentence}")
         return _filled(self)
 
     def recording(self) -> Recording:
@@ -120,7 +130,8 @@ def plan_views(source: LogSource, options: PairingOptions | None = None) -> View
     if not planned.data:
         raise LogError(f"{source.path}: holds no view: its pictures are damaged; valid is at least one that is whole")
     views = tuple(views_of(planned.data))
-    return ViewPlan(source, _findings(found, choice, planned), views, planned.moments, choice.base, found.tree)
+    stamps = {topic: found.stamps[topic] for topic in choice.sensors}
+    return ViewPlan(source, _findings(found, choice, planned), views, planned.moments, choice.base, found.tree, stamps)
 
 
 def _nothing(source: LogSource) -> str:

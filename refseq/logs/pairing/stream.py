@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.decoding.picture import CompressedPicture, damage
+from refseq.logs.decoding.picture import CheckedPicture, damage
 from refseq.logs.pairing.moments import NONE, default_tolerance, paired, period, slowest
 from refseq.logs.pairing.schedule import MOST_REACH
 from refseq.logs.pairing.sensors import BASES, sensor_name
@@ -226,7 +226,7 @@ class ViewStream:
         """The samples but for damaged pictures, of which it is noted."""
         whole = []
         for sample in samples:
-            reason = damage(sample.content) if isinstance(sample.content, CompressedPicture) else ""
+            reason = damage(sample.content) if isinstance(sample.content, CheckedPicture) else ""
             if reason:
                 self.damaged.setdefault(sample.topic, reason)
             else:

@@ -1,13 +1,13 @@
 """First pass over a log: stamps of all sensors, odometry, truth and transforms; no picture is decoded."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from refseq.errors import LogError
-from refseq.logs.decoding.picture import CompressedPicture, damage
+from refseq.logs.decoding.picture import CheckedPicture
 from refseq.logs.findings import ChannelFindings
 from refseq.logs.source import Channel, LogSource, Role, Sample
 from refseq.logs.trajectory import Trajectory
@@ -36,6 +36,10 @@ class TopicStamps:
     """Encoding of the pictures if they are distances."""
     damaged: list[int] = field(default_factory=list)
     """Numbers of the pictures that cannot be decoded, as far as that is told without decoding."""
+    sizes: dict[tuple[int, int], list[int]] = field(default_factory=dict)
+    """Width and height of the others [pixels], as their heads have it, and the numbers of those that have it."""
+    names: dict[int, str] = field(default_factory=dict)
+    """Names of the pictures that are files of their own, by their numbers."""
 
     @property
     def lost(self) -> Sequence[int]:
@@ -47,9 +51,37 @@ class TopicStamps:
         """Number of samples that are not lost."""
         return len(self.times) - len(self.lost)
 
-    def lost_at(self) -> tuple[float, ...]:
-        """Times of the damaged pictures [s]."""
-        return tuple(self.times[number] for number in self.lost)
+    def lost_at(self) -> tuple[str, ...]:
+        """The damaged pictures in words."""
+        return tuple(map(self.told, self.lost))
+
+    def told(self, number: int) -> str:
+        """A picture in words: the name of its file, or its time."""
+        return self.names.get(number) or f"at {self.times[number]:.3f} s"
+
+    def look_at(self, number: int, picture: CheckedPicture) -> None:
+        """Note size and name of a picture, or that it is damaged."""
+        if picture.name:
+            self.names[number] = picture.name
+        try:
+            self.sizes.setdefault(picture.check(), []).append(number)
+        except LogError:
+            self.damaged.append(number)
+
+    def other_sizes(self, taken: Collection[int]) -> str:
+        """A sentence on those of the pictures ``taken`` that are not of the size of most; empty where all are."""
+        wanted = set(taken)
+        found = {size: kept for size, numbers in self.sizes.items() if (kept := wanted.intersection(numbers))}
+        if len(found) < 2:
+            return ""
+        usual = max(found, key=lambda size: (len(found[size]), -min(found[size])))
+        others = {min(numbers): size for size, numbers in found.items() if size != usual}
+        first, count = min(others), sum(map(len, found.values())) - len(found[usual])
+        return (
+            f"{len(found[usual])} of its pictures are {usual[0]} × {usual[1]} pixels, {count} "
+            f"{'is' if count == 1 else 'are'} not, the first {self.told(first)}: {others[first][0]} × "
+            f"{others[first][1]}; valid is one size a camera"
+        )
 
     def findings(self) -> ChannelFindings:
         """Rate, gaps and the like."""
@@ -175,6 +207,6 @@ def _take(found: Survey, role: Role, sample: Sample, time: float, logged: float)
             found.behaviours.append(told)
         case Role.CAMERA, content if getattr(content, "is_depth", False):
             found.stamps[sample.topic].depth = str(getattr(content, "encoding", ""))
-        case Role.CAMERA, CompressedPicture() as picture if damage(picture):
+        case Role.CAMERA, CheckedPicture() as picture:
             stamps = found.stamps[sample.topic]
-            stamps.damaged.append(len(stamps.times) - 1)
+            stamps.look_at(len(stamps.times) - 1, picture)

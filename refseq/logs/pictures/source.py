@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.files import open_input
 from refseq.limits import FILES, PICTURE_BYTES
-from refseq.logs.decoding.picture import CompressedPicture, check_size, declared_size
+from refseq.logs.decoding.picture import CompressedPicture, check_size
 from refseq.logs.pictures.names import PICTURES, in_order
 from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose
@@ -33,14 +34,15 @@ def holds_pictures(path: Path) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class FilePicture:
-    """A PNG or JPEG file that is read when it is asked for; ``width`` [pixels] is that of the result, 0: as it is.
-
-    ``size`` are width and height that it must have, those of the folder's first picture.
-    """
+    """A PNG or JPEG file that is read when it is asked for; ``width`` [pixels] is that of the result, 0: as it is."""
 
     path: Path
     width: int = WIDTH
-    size: tuple[int, int] | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the file."""
+        return self.path.name
 
     @property
     def encoding(self) -> str:
@@ -52,34 +54,44 @@ class FilePicture:
         """Never told beforehand: the file is not opened."""
         return False
 
-    def decode(self) -> NDArray[np.uint8]:
-        """Grey pixels. Raises ``LogError`` with the file's name for one that is no picture of 8 bits and this size."""
-        try:
-            data = _content(self.path)
-            return self._resized(self._decoded(data))
-        except LogError as error:
-            raise LogError(f"{self.path.name}: {error}") from error
+    def check(self) -> tuple[int, int]:
+        """Width and height in the file [pixels]. Raises ``LogError`` with its name for one that ``decode`` refuses."""
+        with self._named():
+            size = self._compressed().check()
+            self._wanted(*size)
+            return size
 
-    def _decoded(self, data: bytes) -> NDArray[np.uint8]:
-        width, height = declared_size(data)
-        check_size(width, height)
-        if self.size is not None and (width, height) != self.size:
-            raise LogError(
-                f"is {width} × {height} pixels, the folder's first picture {self.size[0]} × {self.size[1]}; valid is "
-                "one size a folder"
-            )
-        picture = CompressedPicture(data, self.encoding)
+    def decode(self) -> NDArray[np.uint8]:
+        """Grey pixels. Raises ``LogError`` with the file's name for one that is no picture of 8 bits."""
+        with self._named():
+            return self._resized(self._compressed().decode())
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        try:
+            yield
+        except LogError as error:
+            raise LogError(f"{self.name}: {error}") from error
+
+    def _compressed(self) -> CompressedPicture:
+        picture = CompressedPicture(_content(self.path), self.encoding)
         if picture.is_depth:
             raise LogError("is of 16 bits, as distances are; valid are pictures of 8 bits")
-        return picture.decode()
+        return picture
+
+    def _wanted(self, width: int, height: int) -> tuple[int, int]:
+        """Size of the result. Raises ``LogError`` for a picture of a column, which would become a tower."""
+        check_size(width, height)
+        wanted = self.width or width, max(1, int(0.5 + height * (self.width or width) / width))
+        check_size(*wanted)
+        return wanted
 
     def _resized(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        height, now = image.shape
-        if self.width in (0, now):
+        height, width = image.shape
+        wanted = self._wanted(width, height)
+        if wanted == (width, height):
             return image
-        size = self.width, max(1, int(0.5 + height * self.width / now))
-        check_size(*size)  # a picture of one column would become a tower
-        return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_CUBIC), np.uint8)
+        return np.asarray(cv2.resize(image, wanted, interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
 def _content(path: Path) -> bytes:
@@ -120,11 +132,14 @@ class PictureFolder:
 
     @cached_property
     def size(self) -> tuple[int, int]:
-        """Width and height of the first picture. Raises ``LogError`` for one that is none."""
-        try:
-            return declared_size(_content(self.files[0]))
-        except LogError as error:
-            raise LogError(f"{self.path}: {self.files[0].name}: {error}") from error
+        """Width and height of the first picture that is whole. Raises ``LogError`` for the first where none is."""
+        reasons = []
+        for file in self.files:
+            try:
+                return FilePicture(file, self._width).check()
+            except LogError as error:
+                reasons.append(f"{self.path}: {error}")
+        raise LogError(reasons[0])
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -161,5 +176,5 @@ class PictureFolder:
                 pose = Pose(self._spacing * number, 0.0, 0.0)
                 yield Sample(ASSUMED_TOPIC, time, time, "", pose, moment=number)
             if CAMERA_TOPIC in wanted:
-                picture = FilePicture(file, self._width, self.size)
+                picture = FilePicture(file, self._width)
                 yield Sample(CAMERA_TOPIC, time, time, "", picture, moment=number)

@@ -128,7 +128,7 @@ def shaped_columns(count: int, first: float, whole: bool, commas: bool) -> Traje
     """Columns of rows without a header, by their ``count``; else the reason why they cannot be told.
 
     ``first`` is the first number of the first row; ``whole`` says that the first of every row is a whole number,
-    ``commas`` that there are some between the numbers.
+    ``commas`` that there are some, or semicolons, between the numbers.
     """
     if count == 12:
         return TrajectoryColumns(TrajectoryFormat.KITTI, {}, {})

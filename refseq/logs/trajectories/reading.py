@@ -24,6 +24,7 @@ from refseq.logs.trajectories.columns import (
     named_columns,
     shaped_columns,
 )
+from refseq.logs.trajectories.fields import decimal_comma, fields_of, is_separated, names_of
 from refseq.logs.trajectories.geodesy import headings_along, utm, zone_of
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
 from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
@@ -83,25 +84,29 @@ def read_trajectory(path: Path, times: Path | None = None) -> PoseTable:
 
 
 def _rows(path: Path) -> tuple[Sequence[str], list[_TrajectoryRow], bool]:
-    """The header's words, empty without one; the rows; and whether commas are between their numbers."""
-    header: Sequence[str] = ()
+    """The header's names, empty without one that fits; the rows; whether more than spaces separate numbers."""
+    header = ""
     rows: list[_TrajectoryRow] = []
     commas = False
     for number, text in _lines(path):
         comment = text.startswith(("#", "%", "//"))
-        fields = [field.strip() for field in (text.split(",") if "," in text else text.split())]
-        if not rows and (comment or not _is_number(fields[0])):
-            bare = re.sub(r"^(#|%|//)\s*", "", text)
-            header = bare.split(",") if "," in bare else bare.split()
+        row = _TrajectoryRow(path, number, fields_of(text))
+        if not comment and (written := decimal_comma(row.fields)):
+            raise row.error(f"{written!r:.40} has a decimal comma; valid are decimal points")
+        if not rows and (comment or not _is_number(row.fields[0])):
+            header = re.sub(r"^(#|%|//)\s*", "", text)
         elif not comment:
-            rows.append(_TrajectoryRow(path, number, fields))
-            commas = commas or "," in text
+            rows.append(row)
+            commas = commas or is_separated(text)
     if not rows:
-        raise LogError(f"{path}: holds no pose; valid is a trajectory: TUM, KITTI, EuRoC, or a table ({HEADERS})")
+        raise LogError(
+            f"{path}: holds no pose; valid is a trajectory: TUM, KITTI, EuRoC, or a table ({HEADERS}) with commas, "
+            "semicolons, tabs or spaces between"
+        )
     for row in rows:
         if len(row.fields) != len(rows[0].fields):
             raise row.error(f"has {len(row.fields)} fields; valid are {len(rows[0].fields)}, as in the first row")
-    return header, rows, commas
+    return names_of(header, len(rows[0].fields)), rows, commas
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -129,7 +134,7 @@ def _is_number(text: str) -> bool:
 
 def _columns(path: Path, header: Sequence[str], rows: Sequence[_TrajectoryRow], commas: bool) -> TrajectoryColumns:
     count = len(rows[0].fields)
-    if len(header) == count and (named := named_columns(header)) is not None:
+    if (named := named_columns(header)) is not None:
         return named
     whole = all(re.fullmatch(r"\d+(\.0*)?", row.fields[0]) for row in rows)
     shaped = shaped_columns(count, rows[0].value(0), whole, commas)

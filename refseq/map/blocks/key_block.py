@@ -118,7 +118,7 @@ def shared(
     where nothing fits.
     """
     farther = np.minimum(np.square(zoom / ZOOM) / 2, FARTHEST)
-    nearest = np.where(beside, farther, np.inf).min(axis=1)
+    nearest = np.where(beside, farther, np.inf).min(axis=1, initial=np.inf)
     best = np.where(beside, log_ratios, 0.0).max(axis=1, initial=0.0)
     ratios: NDArray[np.float64] = np.maximum(best - (farther - nearest), 0.0)
     return ratios

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.dead_reckoning import reckoned_poses
+from refseq.errors import ViewError
 from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
 from refseq.map.paths.led import led_behaviours
 from refseq.planar import in_world
@@ -64,6 +65,11 @@ class Annotations:
     behaviours: tuple[str, ...] = ()
     doors: tuple[PathDoor, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Raise ``ValueError`` for behaviours that begin nowhere: no map that holds them could be read again."""
+        for words in self.behaviours:
+            begun(words)
+
     def to_dict(self) -> dict[str, Any]:
         """As JSON holds it."""
         return {"behaviours": list(self.behaviours), "doors": [asdict(door) for door in self.doors]}
@@ -76,8 +82,6 @@ class Annotations:
         behaviours, doors = content["behaviours"], content["doors"]
         if not isinstance(behaviours, list) or not all(isinstance(one, str) for one in behaviours):
             raise ValueError("annotations: behaviours are no list of texts")
-        for words in behaviours:
-            begun(words)
         if not isinstance(doors, list):
             raise ValueError("annotations: doors are no list")
         return cls(tuple(behaviours), tuple(map(_door, doors)))
@@ -107,9 +111,23 @@ def begun(words: str) -> list[tuple[float, str]]:
 
 
 def annotations_of(views: Sequence[View]) -> Annotations:
-    """Annotations from the views of a drive, one place a view; what a person did is told by the odometry."""
-    told = tuple(view.behaviour for view in views)
+    """Annotations from the views of a drive, one place a view; what a person did is told by the odometry.
+
+    Raises ``ViewError`` for a behaviour that begins nowhere.
+    """
+    told = tuple(_told(number, view) for number, view in enumerate(views))
     return Annotations(told if any(told) else led_behaviours(views), tuple(doors_along(views)))
+
+
+def _told(number: int, view: View) -> str:
+    try:
+        begun(view.behaviour)
+    except ValueError:
+        raise ViewError(
+            f"view {number} at {view.time:g} s: behaviour is {view.behaviour!r:.60}; "
+            "valid is as MT:90@0.31; MN:5, with metres behind an @"
+        ) from None
+    return view.behaviour
 
 
 def doors_along(views: Sequence[View]) -> list[PathDoor]:

@@ -255,6 +255,13 @@ def check_drawn(case: Case) -> None:
         )
 
 
+def check_judged(scenario: Declared) -> None:
+    """Raise ``ScenarioError`` where the method that is judged does not run: a page would tell of nobody."""
+    if scenario.judged not in scenario.methods:
+        valid, missing = ", ".join(scenario.methods), "" if scenario.localise.judged else "missing, and its default "
+        raise ScenarioError(f"localise.judged: {missing}{scenario.judged!r} does not run here; valid are {valid}")
+
+
 def _check(case: Case, checked: set[str]) -> None:
     """Raise for a case that cannot be run; drives ``checked`` before are not checked again, as most of a file's are."""
     scenario = case.scenario
@@ -269,9 +276,7 @@ def _check(case: Case, checked: set[str]) -> None:
             raise ScenarioError(
                 f"expect: {expectation.text!r}: there are {len(scenario.seeds)} seeds; valid is 'over' so many at most"
             )
-    if scenario.judged not in scenario.methods:
-        valid, missing = ", ".join(scenario.methods), "" if scenario.localise.judged else "missing, and its default "
-        raise ScenarioError(f"localise.judged: {missing}{scenario.judged!r} does not run here; valid are {valid}")
+    check_judged(scenario)
     if len(set(scenario.seeds)) < len(scenario.seeds):
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
     if both := sorted({*scenario.seeds} & {*scenario.training_seeds}):

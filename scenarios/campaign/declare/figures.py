@@ -4,7 +4,7 @@ Those of missions are told in ``refseq_bench.scenarios.campaign.declare.mission_
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import numpy as np
 
 from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.recovery import median_way
 
 if TYPE_CHECKING:
     from refseq_bench.scenarios.scoring.atlas import JoinScore
     from refseq_bench.scenarios.scoring.figures import Figures
     from refseq_bench.scenarios.scoring.metrics import Retrieval
-    from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 
 
 class Unit(StrEnum):
@@ -36,26 +36,28 @@ class Unit(StrEnum):
 Of = TypeVar("Of")
 
 
+def _never(_: object) -> bool:
+    """No method is free of a figure that all have."""
+    return False
+
+
 @dataclass(frozen=True)
 class Figure(Generic[Of]):
     """A figure to expect something of: how to take it from a method's figures (nan: none), its unit, its meaning.
 
-    A share is a number from 0 to 1. One that does not need ``truth`` can be told of drives without true poses.
+    A share is a number from 0 to 1. One that does not need ``truth`` can be told of drives without true poses. A method
+    for which ``faultless`` holds has no such figure because it failed nowhere: it cannot miss an expectation of it.
     """
 
     take: Callable[[Of], float]
     unit: Unit
     meaning: str
     truth: bool = True
+    faultless: Callable[[Of], bool] = _never
 
 
 def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
-
-
-def _median(ways: Sequence["DistanceOrNever"]) -> float:
-    """Median way [m]; one that never got there is longer than all others, nan without any."""
-    return float(np.median([math.inf if way is None else way for way in ways])) if ways else math.nan
 
 
 def _retrieved(found: "Figures", take: Callable[["Retrieval"], float]) -> float:
@@ -121,18 +123,25 @@ FIGURES: Mapping[str, Figure["Figures"]] = MappingProxyType(
         "ece": _plain(
             lambda f: f.wide.mass_reliability.error, "calibration error of the probability around the top place"
         ),
-        "entropy_auroc": _plain(lambda f: f.wide.entropy_auroc, "chance that a wrong belief has more entropy"),
+        "entropy_auroc": Figure(
+            lambda f: _or_nan(f.wide.entropy_auroc),
+            Unit.NONE,
+            "chance that a wrong belief has more entropy",
+            faultless=lambda f: f.wide.count(Outcome.RIGHT) > 0 and not f.wide.count(Outcome.WRONG),
+        ),
         "error_median": _metres(lambda f: f.wide.error_quantile(0.5), "error along the path, median"),
         "error_p95": _metres(lambda f: f.wide.error_quantile(0.95), "error along the path, 95th percentile"),
-        "worst_false_fix": _metres(lambda f: f.wide.worst_false_fix, "farthest that an answer off the map lay"),
+        "worst_false_fix": _metres(
+            lambda f: f.wide.worst_false_fix, "farthest that an answer off the map lay, 0 without any"
+        ),
         "last_sure": _metres(
             lambda f: f.wide.last_sure_median, "from where it says that it was last sure to where it left, median"
         ),
-        "to_lost": _metres(lambda f: _median(f.wide.recovery.to_lost), "way to say lost, median"),
-        "to_recover": _metres(lambda f: _median(f.wide.recovery.to_recover), "way to be right again, median"),
-        "to_first_fix": _metres(lambda f: _median(f.wide.first_fixes), "way to the first right answer, median"),
+        "to_lost": _metres(lambda f: median_way(f.wide.recovery.to_lost), "way to say lost, median"),
+        "to_recover": _metres(lambda f: median_way(f.wide.recovery.to_recover), "way to be right again, median"),
+        "to_first_fix": _metres(lambda f: median_way(f.wide.first_fixes), "way to the first right answer, median"),
         "to_settle": _metres(
-            lambda f: _median(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
+            lambda f: median_way(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
         ),
         **{
             f"sequence_{where}": _plain(partial(_mean_share, where), f"P(s) of the path driven, {meaning}, mean")

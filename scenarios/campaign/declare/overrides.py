@@ -1,13 +1,14 @@
 """Override what scenarios declare: localisers of a user, fewer methods, other seeds, another renderer."""
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from refseq_bench.scenarios.campaign.declare.cases import Case, check_chosen_elsewhere, check_drawn
+from refseq_bench.scenarios.campaign.declare.cases import Case, check_chosen_elsewhere, check_drawn, check_judged
 from refseq_bench.scenarios.campaign.declare.drivable import named
 from refseq_bench.scenarios.campaign.declare.expectations import about
-from refseq_bench.scenarios.campaign.declare.schema import DriveTable, SourceTable
+from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, SourceTable
 from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import written_out
@@ -22,8 +23,9 @@ TRAINING = "training"
 def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[str] | None) -> list[Case]:
     """The same cases with ``localisers`` judged, and beside them ``methods`` only; None: those of each scenario.
 
-    What an expectation says without naming a method is then meant of the first localiser, and once more of each other
-    one. Those that name a method which does not run are left to be told as not judged.
+    Without a localiser the method that was judged stays so where it runs; else the first one that runs is, and
+    expectations name who was meant. What an expectation says without naming a method is meant of the first localiser,
+    and once more of each other one. Those that name a method which does not run are left to be told as not judged.
 
     Raises ``ScenarioError`` for a name that is no method's, and for a method that a case cannot ask, before anything is
     run.
@@ -41,22 +43,36 @@ def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequ
 def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> Case:
     scenario = case.scenario
     running = written_out((*(scenario.methods if others is None else others), *judged), scenario.localise.sensors)
+    first = _judged_among(running, scenario, judged)
     # Who was judged is named, for it may not run now, and nobody else's figures are to be taken for its; so is each of
     # several localisers.
-    meant = judged or (scenario.judged,)
+    meant = tuple(judged) or (scenario.judged,)
     told = [about(one, name) for name in meant for one in case.expectations]
-    expected = case.expectations if len(judged) == 1 else tuple(dict.fromkeys(told))
-    localise = scenario.localise.model_copy(
-        update={"methods": running, "judged": next(iter(judged), None)},
-    )
+    expected = case.expectations if meant == (first,) else tuple(dict.fromkeys(told))
+    localise = scenario.localise.model_copy(update={"methods": running, "judged": first})
     asked = scenario.model_copy(update={"localise": localise})
     schema_type = schema_type_for(asked)
     with named(case.name):
         schema_type.check_methods(asked)
+        check_judged(asked)
         schema_type.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
     found = replace(case, scenario=asked, expectations=expected)
     check_chosen_elsewhere(found)
     return found
+
+
+def _judged_among(running: Sequence[str], scenario: Declared, localisers: Sequence[str]) -> str:
+    """The method to be judged of those that run: a localiser, else who is declared, else the first one."""
+    return next(iter(localisers), scenario.judged if scenario.judged in running else running[0])
+
+
+def judged_instead(declared: Sequence[Case], asked: Sequence[Case]) -> Iterator[str]:
+    """Lines on the methods that are judged for want of the declared ones, which do not run; cases pair by pair."""
+    pairs = [(was.scenario.judged, now.scenario) for was, now in zip(declared, asked, strict=True)]
+    replaced = Counter((was, now.judged) for was, now in pairs if was not in now.methods)
+    for (was, now), count in replaced.items():
+        cases = f"{count} cases" if count > 1 else "1 case"
+        yield f"{was}, which is judged in {cases}, does not run; {now} is judged there"
 
 
 def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:

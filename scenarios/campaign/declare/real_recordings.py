@@ -10,6 +10,7 @@ from refseq.logs import PairingOptions, Recording, open_log, plan_views
 from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
+from refseq_bench.scenarios.drives.inputs import check_all_views, views_left_out
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -95,6 +96,7 @@ def _read_images(images: Images, folder: Path) -> Recording:
     if not folder.is_dir():
         raise ScenarioError(f"{folder}: is no folder; valid is one of images")
     recording = plan_views(PictureFolder(folder, spacing=images.spacing, width=images.width)).recording()
+    check_all_views(views_left_out(recording), folder)
     views = tuple(
         replace(view, truth=Pose(images.spacing * number, 0.0, 0.0)) for number, view in enumerate(recording.views)
     )

@@ -50,7 +50,10 @@ def judge(
     value = _value(whole.left, found, known)
     bound = _value(right, found, known) if isinstance(right, Term) else right
     if math.isnan(value) or math.isnan(bound):
-        # What cannot be told was not reached: no view off the map, say, and so no P(lost) to judge.
+        if faultless := [term for term in terms if known[term.figure].faultless(found[str(term.method)])]:
+            reason = f"{faultless[0].method} has no {faultless[0].figure}, as none of its answers is wrong"
+            return JudgementRecord(text=text, met=None, reason=reason)
+        # What else cannot be told was not reached: no view off the map, say, and so no P(lost) to judge.
         nothing = "there is no such figure: nothing to take it from"
         return JudgementRecord(text=text, met=False, value=value, bound=bound, reason=nothing)
     met = OPERATORS[expectation.relation](value, bound)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.expectations import Expectation, about
 from refseq_bench.scenarios.campaign.declare.mission_figures import MISSION_FIGURES
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
 from refseq_bench.scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
@@ -14,7 +15,13 @@ from refseq_bench.scenarios.campaign.judge.records import closed_record, share_r
 from refseq_bench.scenarios.campaign.run.mission_task import MissionTask, mission_of
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.campaign.store.missions import KeptMission
-from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord, RunRecord, SeedRecord
+from refseq_bench.scenarios.campaign.store.result_file import (
+    CaseRecord,
+    JudgementRecord,
+    MethodRecord,
+    RunRecord,
+    SeedRecord,
+)
 from refseq_bench.scenarios.report.plot_selection import MOST
 from refseq_bench.scenarios.scoring.missions import MissionFigures, MissionScore, mission_record, score_mission
 
@@ -53,9 +60,7 @@ def judged_missions(
     kept = {m: {seed: mission_of(task, store) for seed, task in of_method.items()} for m, of_method in led.items()}
     order = [method for method in case.scenario.methods if method in kept]
     found = [MissionFigures(m, tuple(_score(case, one) for one in kept[m].values())) for m in order]
-    by_method = {one.method: one for one in found}
-    seeds = min((len(kept[method]) for method in order), default=0)
-    judgements = tuple(judge(one, by_method, case.scenario.judged, seeds, MISSION_FIGURES) for one in case.expectations)
+    judgements = tuple(_judgement(one, case, kept) for one in case.expectations)
     return JudgedMissions(
         case=case,
         verdict=verdict_of(mishaps, judgements),
@@ -71,6 +76,20 @@ def judged_missions(
         kept=MappingProxyType({method: kept[method] for method in order}),
         led=MappingProxyType({method: led[method] for method in order}),
     )
+
+
+def _judgement(expectation: Expectation, case: Case, kept: Mapping[str, Mapping[int, KeptMission]]) -> JudgementRecord:
+    """Judge by the seeds at which all methods that it names ran to the end, and by no others.
+
+    A worker that broke is then nobody's failure, and no method is compared with another one's harder seeds.
+    """
+    named = about(expectation, case.scenario.judged).methods
+    ran = {method: of_method for method, of_method in kept.items() if method in named} or kept
+    seeds = [seed for seed in case.scenario.seeds if ran and all(seed in of_method for of_method in ran.values())]
+    found = {
+        m: MissionFigures(m, tuple(_score(case, of_method[seed]) for seed in seeds)) for m, of_method in ran.items()
+    }
+    return judge(expectation, found, case.scenario.judged, len(seeds), MISSION_FIGURES)
 
 
 def _score(case: Case, one: KeptMission) -> MissionScore:

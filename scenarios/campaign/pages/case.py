@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from refseq_bench.scenarios.campaign.declare.cases import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.judge.drives import Judged, tolerances
-from refseq_bench.scenarios.campaign.pages.decisive import comparison_rows, undecided
+from refseq_bench.scenarios.campaign.pages.decisive import compared, comparison_rows, seeds_words, undecided
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, asked_views, learnt_drives
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
@@ -55,6 +55,7 @@ def verdict_parts(result: Judged, record: CaseRecord, campaign: CampaignRecord) 
         "campaign": campaign,
         "undecided": undecided(record),
         "comparisons": comparison_rows(record),
+        "compared_seeds": seeds_words(compared(record)),
     }
 
 

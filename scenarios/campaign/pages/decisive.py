@@ -7,9 +7,10 @@ The judged method of each case is compared with every other one on the same view
 import math
 import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
+from refseq_bench.scenarios.report.words import span_words
 from refseq_bench.scenarios.scoring.comparison import method_label
 from refseq_bench.scenarios.scoring.intervals.paired import (
     LEVEL,
@@ -23,16 +24,20 @@ from refseq_bench.scenarios.tables import NONE
 
 PASSES, FAILS = 95.0, 5.0
 """A method passes a case from so many per cent of right answers on, and fails it up to so many: choices."""
-MOST_SEEDS = 10
-"""With so many seeds the number of resamples, no longer theirs, bounds what can be shown."""
+MOST_SEEDS = 7
+"""From so many seeds on the number of resamples, no longer theirs, bounds what can be shown: more show nothing more."""
 
 
 @dataclass(frozen=True)
 class MethodComparison:
-    """The judged method beside another one in a case; ``corrected`` is its p-value among all of the campaign's."""
+    """The judged method beside another one in a case, over so many ``seeds`` that both have.
+
+    ``corrected`` is its p-value among all of the campaign's.
+    """
 
     case: str
     method: str
+    seeds: int
     found: PairedDifference
     corrected: float = 1.0
 
@@ -56,7 +61,7 @@ class PowerRow:
 
     name: str
     page: str | None
-    seeds: int
+    seeds: str
     smallest: str
     compared: int
     shown: int
@@ -87,30 +92,30 @@ def compared(case: CaseRecord) -> list[MethodComparison]:
     judged = case.method(case.judged)
     if judged is None:
         return []
-    pairs = [(one.method, _pair(judged, one)) for one in case.methods if one is not judged]
-    return [MethodComparison(case.name, method, found) for method, found in pairs if found]
+    return [found for one in case.methods if one is not judged and (found := _pair(case.name, judged, one))]
 
 
-def _pair(ours: MethodRecord, other: MethodRecord) -> PairedDifference | None:
+def _pair(case: str, ours: MethodRecord, other: MethodRecord) -> MethodComparison | None:
     seeds = [seed for seed in ours.runs if seed in other.runs and ours.runs[seed].of and other.runs[seed].of]
     if len(seeds) < 2:
         return None
     mine, theirs = (tuple(one.runs[seed].right / one.runs[seed].of for seed in seeds) for one in (ours, other))
-    return paired_difference(mine, theirs, floor=1 / min(ours.runs[seed].of for seed in seeds))
+    found = paired_difference(mine, theirs, floor=1 / min(ours.runs[seed].of for seed in seeds))
+    return MethodComparison(case, other.method, len(seeds), found)
 
 
 def corrected(record: CampaignRecord) -> list[MethodComparison]:
     """All comparisons of a campaign, with Holm's correction over them."""
     found = [one for case in record.cases for one in compared(case)]
     raised = holm([one.found.p for one in found])
-    return [MethodComparison(one.case, one.method, one.found, p) for one, p in zip(found, raised, strict=True)]
+    return [replace(one, corrected=p) for one, p in zip(found, raised, strict=True)]
 
 
 def comparison_rows(case: CaseRecord) -> list[ComparisonRow]:
     """The comparisons of a case in words."""
     return [
         ComparisonRow(method_label(one.method), points(one.found.difference, sign=True), points(one.found.smallest),
-                      p_words(one.found.p, len(case.seeds)))
+                      p_words(one.found.p, one.seeds))
         for one in compared(case)
     ]  # fmt: skip
 
@@ -127,12 +132,17 @@ def _power_row(case: CaseRecord, found: Sequence[MethodComparison]) -> PowerRow:
     return PowerRow(
         name=case.name,
         page=case.page,
-        seeds=len(case.seeds),
+        seeds=seeds_words(found),
         smallest=points(smallest_shown(found)),
         compared=len(found),
         shown=sum(one.found.p <= LEVEL for one in found),
         corrected=sum(one.corrected <= LEVEL for one in found),
     )
+
+
+def seeds_words(found: Sequence[MethodComparison]) -> str:
+    """Number of seeds that comparisons are made over; the least and the most where methods broke at some."""
+    return "" if not found else span_words(sorted({one.seeds for one in found}))
 
 
 def smallest_shown(found: Sequence[MethodComparison]) -> float:
@@ -151,18 +161,18 @@ def smallest_words(case: CaseRecord) -> list[str]:
 
 def power_line(record: CampaignRecord) -> str:
     """Smallest difference that the seeds show after Holm's correction, told; empty where nothing is compared."""
-    rows = power_rows(record)
-    if not rows:
+    found = corrected(record)
+    if not found:
         return ""
-    count, seeds = sum(row.compared for row in rows), max(row.seeds for row in rows)
-    shown = sum(row.corrected for row in rows)
+    count, seeds = len(found), max(one.seeds for one in found)
+    after, before = sum(one.corrected <= LEVEL for one in found), sum(one.found.p <= LEVEL for one in found)
     line = (
-        f"{shown} of {count} comparisons with the judged method show a difference after Holm's correction, "
-        f"{sum(row.shown for row in rows)} before it"
+        f"{after} of {count} comparisons with the judged method show a difference after Holm's correction, "
+        f"{before} before it"
     )
     if comparisons_shown(seeds) >= count:
         return line
-    enough = next((number for number in range(seeds + 1, MOST_SEEDS) if comparisons_shown(number) >= count), None)
+    enough = next((number for number in range(seeds + 1, MOST_SEEDS + 1) if comparisons_shown(number) >= count), None)
     return f"{line}; {seeds} seeds can show none of so many" + (f", {enough} could" if enough else "")
 
 

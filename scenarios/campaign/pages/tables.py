@@ -31,6 +31,7 @@ from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
 from refseq_bench.scenarios.campaign.pages.track_score import ALL, declared_seeds, scored_together
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.report.words import span_words
 from refseq_bench.scenarios.tables import NONE
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.text_file import TextFileError, parse_toml
@@ -77,6 +78,11 @@ class CellSource:
     campaign: CampaignRecord
     case: CaseRecord
     method: MethodRecord
+
+    @property
+    def seeds(self) -> int:
+        """Number of seeds that the figures are over: a method may have broken at some of the case's."""
+        return len(self.method.runs or self.case.seeds)
 
 
 @dataclass(frozen=True)
@@ -232,7 +238,7 @@ def _check_same_seeds(together: CellSource, place: str) -> None:
 
 def _shown(show: str, source: CellSource, place: str) -> str:
     """A cell's text."""
-    values = _values(source.method, len(source.case.seeds))
+    values = _values(source.method, source.seeds)
     try:
         _check_known(show, values)
         return show.format_map({name: _Absent() if value is None else value for name, value in values.items()})
@@ -282,11 +288,11 @@ def _origin(sources: Sequence[CellSource]) -> str:
         f"refseq-bench {run.versions.get('refseq-bench', '?')} with MuJoCo {run.versions.get('mujoco', '?')}"
         for run in runs
     )
-    seeds = sorted({len(source.case.seeds) for source in sources})
-    told = f"{_span(seeds)} seed{'s' if seeds != [1] else ''}"
+    seeds = sorted({source.seeds for source in sources})
+    told = f"{span_words(seeds)} seed{'s' if seeds != [1] else ''}"
     drawn = sorted({renderer for source in sources for renderer in _renderers(source.case)})
     pictures = "" if not drawn else f", pictures by {' and '.join(drawn)}"
-    return f"Run on {_span(days)} by {' and '.join(versions)}{pictures}; {told} a case."
+    return f"Run on {span_words(days)} by {' and '.join(versions)}{pictures}; {told} a case."
 
 
 def _renderers(case: CaseRecord) -> Iterator[str]:
@@ -296,11 +302,6 @@ def _renderers(case: CaseRecord) -> Iterator[str]:
         renderer = (table or {}).get("renderer", RendererKind.NONE)
         if renderer != RendererKind.NONE:
             yield str(renderer)
-
-
-def _span(ordered: Sequence[object]) -> str:
-    """The only one, or the first and the last."""
-    return str(ordered[0]) if len(ordered) == 1 else f"{ordered[0]} to {ordered[-1]}"
 
 
 def stale(wanted: Sequence[Block], runs: CampaignRuns) -> Iterator[tuple[Block, str]]:

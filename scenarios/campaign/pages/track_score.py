@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord
-from refseq_bench.scenarios.scoring.intervals.bootstrap import COVERED, resamples
+from refseq_bench.scenarios.scoring.intervals.bootstrap import middle, resamples
 from refseq_bench.scenarios.scoring.proportion import Proportion
 
 ALL = "*"
@@ -55,14 +55,4 @@ def seeds_interval(values: Sequence[float]) -> tuple[float, float] | None:
     """The middle 95 % of the mean over resamples of the seeds; None of one seed."""
     if len(values) < 2:
         return None
-    means = sorted((fmean(values[k] for k in chosen), weight) for chosen, weight in resamples(len(values)))
-    return _quantile(means, (1 - COVERED) / 2), _quantile(means, (1 + COVERED) / 2)
-
-
-def _quantile(means: Sequence[tuple[float, float]], share: float) -> float:
-    reached = 0.0
-    for mean, weight in means:
-        reached += weight
-        if reached >= share - 1e-12:
-            return mean
-    return means[-1][0]
+    return middle([(fmean(values[k] for k in chosen), weight) for chosen, weight in resamples(len(values))])

@@ -20,7 +20,15 @@ from refseq_bench.scenarios.cli.terminal.options import (
     WriteTrajectory,
     grouped,
 )
-from refseq_bench.scenarios.drives.inputs import check_ending, check_output, load_map, read_drive, stages, words
+from refseq_bench.scenarios.drives.inputs import (
+    check_all_views,
+    check_ending,
+    check_output,
+    load_map,
+    read_drive,
+    stages,
+    words,
+)
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -69,7 +77,7 @@ def localise(
         _check_trajectories(map_, map_file, output, trajectory)
     drive = read_drive(query, selection.with_noise(seed + 1), chosen)
     name = f"{map_file.name} ← {query.name}"
-    truth = None if ground_truth is None else _ground_truth(ground_truth, map_, map_file, drive, selection)
+    truth = None if ground_truth is None else _ground_truth(ground_truth, (map_, map_file), (drive, query), selection)
     if truth is None:
         check_scorable(map_, drive, at_least)
     comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
@@ -79,16 +87,19 @@ def localise(
 
 
 def _ground_truth(
-    text: str, map_: "Map", map_file: Path, drive: "Recording", selection: NoisySelection
+    text: str, learnt: "tuple[Map, Path]", asked: "tuple[Recording, Path]", selection: NoisySelection
 ) -> "PictureTruth":
-    """The ground truth by picture, seen to fit the map and the drive before the work begins."""
+    """The ground truth by picture, seen to fit the map and the drive, each with its file, before the work begins."""
     from refseq_bench.scenarios.datasets.ground_truth import PictureTruth, ground_truth
     from refseq_bench.scenarios.drives.evaluate import comparison_of
 
+    (map_, map_file), (drive, query) = learnt, asked
     if selection.thin:
         raise ScenarioError(f"--thin {selection.thin:g} and --ground-truth exclude each other; valid is one of them")
     if not map_.has_one_path:
         raise ScenarioError(f"{map_file}: is a map of several paths; valid with --ground-truth is a map of one")
+    check_all_views(map_.metadata, map_file)
+    check_all_views(drive.metadata, query)
     first = int((selection.views or "").partition(":")[0] or 0)
     found = PictureTruth(ground_truth(text), (0, first))
     found.judging(comparison_of("", map_, drive, {}))
@@ -135,9 +146,6 @@ def conclude(
     from refseq.fault import declared_in
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
-    from refseq_bench.scenarios.report.words import scale_words
-    from refseq_bench.scenarios.scoring.pose_error import pose_errors
-    from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
 
     if output is not None:
         metadata = {key: str(value) for key, value in comparison.query_metadata.items()}
@@ -152,17 +160,28 @@ def conclude(
     else:
         if output is not None:
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
-        print_results(comparison.name, found, [comparison])
-        for method, beliefs in comparison.beliefs.items():
-            if errors := pose_errors(comparison, method):
-                say(out, f"{method}: {errors}")
-            if told := scale_words(beliefs):
-                say(out, f"{method}: {told}")
-        for fault in faults:
-            say(out, f"fault: {fault}, at {fault.time:.1f} s")
-        if not map_.has_one_path:
-            out.print(sequence_recall_table(map_, comparison.beliefs))
+        _tell(comparison, map_, found, faults)
     leave_below(found, at_least)
+
+
+def _tell(
+    comparison: "Comparison", map_: "Map", found: "Sequence[StageResult]", faults: "Sequence[DeclaredFault]"
+) -> None:
+    """Print how often the stages are right, what they tell beside places, and the faults that were declared."""
+    from refseq_bench.scenarios.report.words import scale_words
+    from refseq_bench.scenarios.scoring.pose_error import pose_errors
+    from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
+
+    print_results(comparison.name, found, [comparison])
+    for method, beliefs in comparison.beliefs.items():
+        if errors := pose_errors(comparison, method):
+            say(out, f"{method}: {errors}")
+        if told := scale_words(beliefs):
+            say(out, f"{method}: {told}")
+    for fault in faults:
+        say(out, f"fault: {fault}, at {fault.time:.1f} s")
+    if not map_.has_one_path:
+        out.print(sequence_recall_table(map_, comparison.beliefs))
 
 
 def _summary(

@@ -30,6 +30,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
+    from refseq_bench.scenarios.drives.record import Drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive, TeleopResult
     from refseq_bench.sim.drives.recorder import RecordedView
 
@@ -92,8 +93,6 @@ def record(
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that follows a route, behaviours or a script."""
-    from refseq.logs.formats import DriveFormat, output_format
-    from refseq_bench.scenarios.drives.record import record as record_drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive
     from refseq_bench.sim.drives.operator import OperatorStyle, style_named
 
@@ -109,7 +108,15 @@ def record(
     for given, value in (("--name", name), ("--on-request", on_request)):
         if value:
             raise ScenarioError(f"{given} goes with --script; valid is to lead the robot by a script, or without it")
-    with progress_bar(f"{world} at {setting.light}") as progress:
+    _by_itself(drive, f"{world} at {setting.light}", output, form, notes)
+
+
+def _by_itself(drive: "Drive", title: str, output: Path, form: FormatName, notes: str) -> None:
+    """Record a robot that nobody leads by a script, with a bar of its way, and tell of its views."""
+    from refseq.logs.formats import DriveFormat, output_format
+    from refseq_bench.scenarios.drives.record import record as record_drive
+
+    with progress_bar(title) as progress:
         recording = record_drive(
             drive, output, progress, form=output_format(DriveFormat(form)), notes=notes, whole=False
         )

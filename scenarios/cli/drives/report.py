@@ -7,7 +7,8 @@ import typer
 
 from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.cli.terminal.options import REFERENCE, LogReading, MapFile, QueryFile, grouped, output
-from refseq_bench.scenarios.drives.inputs import check_output, read_comparison, writing
+from refseq_bench.scenarios.drives.inputs import check_output, writing
+from refseq_bench.scenarios.drives.learnt_views import read_comparison
 from refseq_bench.scenarios.tables import say
 
 REPORT_HELP = "Example: `refseq report map.refseq query.mcap beliefs.parquet --reference reference.mcap -o report.html`"

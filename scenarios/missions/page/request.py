@@ -5,15 +5,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from refseq.atlas.routes import place_of, shortest_route
 from refseq.errors import MapError
 from refseq.map.map import Map
-from refseq.missions import MissionPath, Plan, as_learnt, parse_mission, path_of
+from refseq.missions import Plan, as_learnt, parse_mission
 from refseq_bench import robots
 from refseq_bench.scenarios.drives.record import plan_of
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.file import Asked, mission_in
 from refseq_bench.scenarios.missions.trip import MissionTrip
+from refseq_bench.scenarios.missions.way import way_between
 from refseq_bench.worlds.light import light_named
 
 MOST_STEPS = 200
@@ -95,13 +95,6 @@ def planned(request: MissionRequest, map_: Map) -> PlannedMission:
         return PlannedMission(as_learnt(way), "")
     asked: Asked = mission_in({"step": request.steps, "landmarks": request.landmarks})
     return PlannedMission(asked.for_way(way), str(asked.mission))
-
-
-def way_between(map_: Map, start: str, goal: str) -> MissionPath:
-    """The shortest way; from the first path's first view, to its last, where nothing is said."""
-    first = map_.paths[0]
-    begin = place_of(map_, start or f"{first.name}:0")
-    return path_of(map_, shortest_route(map_, begin, place_of(map_, goal or f"{first.name}:{len(first) - 1}")))
 
 
 def steps_of(text: str) -> list[dict[str, str]]:

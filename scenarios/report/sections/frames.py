@@ -1,5 +1,6 @@
 """Frames of a section: the same places in both drives, and the worst failures."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -191,7 +192,9 @@ def _caption(failure: Failure, run: Comparison) -> str:
     seed = run.query_metadata.get("seed")
     where = f"query view {failure.view}" + (f" of seed {seed}" if seed is not None else "")
     row = f" The worst of {failure.views} such views in a row." if failure.views > 1 else ""
-    away = f"{failure.apart:.1f} m away in a straight line, P(lost) {failure.lost:.2f}"
+    known = not math.isnan(failure.apart)
+    way = f"{failure.apart:.1f} m away in a straight line" if known else "at a place without a true pose"
+    away = f"{way}, P(lost) {failure.lost:.2f}"
     what = {
         Outcome.WRONG: f"{where}: wrong, {away}.",
         Outcome.FALSE_FIX: f"{where}: false fix, {away}.",

@@ -66,7 +66,10 @@ def _around(one: Figures) -> str:
     turned = f" and {math.degrees(near.heading):g}°" if near.unit is LengthUnit.METRES else ""
     parts = [f"Right is within {near.label}{turned} of the truth."]
     if not math.isnan(median := wide.error_quantile(0.5)):
-        parts.append(f"Half of the answers are at most {median:.2f} {near.unit} off along the path.")
+        half = "Half of the answers" + (" whose error is known" if wide.unknown_errors else "")
+        parts.append(f"{half} are at most {median:.2f} {near.unit} off along the path.")
+    if unknown := wide.unknown_errors + wide.unknown_false_fixes:
+        parts.append(f"Of {_answers(unknown)} the error is not known, for want of the place's true pose.")
     if off := int(wide.off_map.sum()):
         rejected, fixes = wide.count(Outcome.REJECTED), wide.count(Outcome.FALSE_FIX)
         parts.append(f"Of {_views(off)} off the map it says lost at {rejected} and answers {fixes}.")
@@ -96,6 +99,10 @@ def _consistent(found: Consistency) -> str:
     if found.agreement.trials:
         parts.append(f"Other methods mean the same place at {100 * found.agreement.value:.0f} % of the views.")
     return " ".join(parts) or "There is no odometry to compare with."
+
+
+def _answers(count: int) -> str:
+    return f"{count} answer{'s' if count != 1 else ''}"
 
 
 def _views(count: int) -> str:

@@ -11,7 +11,7 @@ from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import STEPS, Figures, figures_record, step_times, success_over_seeds
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score
-from refseq_bench.scenarios.tables import NONE, counted, number
+from refseq_bench.scenarios.tables import NONE, counted, number, with_unknown
 
 OUTCOMES = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
 FURTHER = (
@@ -97,8 +97,7 @@ def _success_row(one: Figures, judged: bool, several: bool) -> PageRow:
         str(narrow.success),
         *((" / ".join(_over_seeds(runs) for runs in (one.wide_runs, one.narrow_runs)),) if several else ()),
         str(wide.failures),
-        metres(wide.error_quantile(0.5)),
-        metres(wide.error_quantile(0.95)),
+        *(with_unknown(metres(wide.error_quantile(share)), wide.unknown_errors) for share in (0.5, 0.95)),
     )
     return PageRow(method_label(one.method), cells, judged)
 
@@ -137,7 +136,7 @@ def _lost_row(method: str, pooled: Score) -> PageRow:
         number(pooled.lost_reliability.error),
         distances(pooled.recovery.to_lost),
         distances(pooled.recovery.to_recover),
-        metres(pooled.worst_false_fix),
+        with_unknown(metres(pooled.worst_false_fix), pooled.unknown_false_fixes),
     )
     return PageRow(method_label(method), cells)
 

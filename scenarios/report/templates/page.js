@@ -5,9 +5,10 @@
   const NUMBER = /^\[?([-\u2212+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?=$|[\s%,\]/\u00b0])/i;
   const words = new Intl.Collator("en", { numeric: true });
 
-  // What a cell says as a number: "89.0 % [77, 95]" is 89, "3 of 5" is 0.6, "2 min 05 s" is 125; null is nothing said.
+  // What a cell says as a number: "89.0 % [77, 95]" is 89, "3 of 5" is 0.6, "2 min 05 s" is 125, "never" without end; null is nothing said.
   function figure(text) {
     if (/^(|-|\u2013|n\/a\b.*)$/.test(text)) return null;
+    if (/^never\b/.test(text)) return Infinity;
     const share = text.match(/^(\d+) of (\d+)/);
     if (share) return Number(share[2]) ? share[1] / share[2] : null;
     const units = [...text.matchAll(/([\d.]+(?:e[-+]?\d+)?) (ms|s|min|h|B|kB|MB|GB)\b/g)];

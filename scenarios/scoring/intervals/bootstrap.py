@@ -30,10 +30,13 @@ def interval_over_runs(runs: Sequence[Proportion]) -> tuple[float, float] | None
     if len(runs) < 2:
         return None
     found = [(Proportion.pooled(runs[k] for k in chosen).value, weight) for chosen, weight in resamples(len(runs))]
-    there = sorted((value, weight) for value, weight in found if not math.isnan(value))
-    if not there:
-        return None
-    values, weights = (np.array(column) for column in zip(*there, strict=True))
+    there = [(value, weight) for value, weight in found if not math.isnan(value)]
+    return middle(there) if there else None
+
+
+def middle(weighted: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The middle 95 % of values with weights, one at least: from where to where they go."""
+    values, weights = (np.array(column) for column in zip(*sorted(weighted), strict=True))
     # The smallest value that at least such a share of the resamples does not exceed; a hair for rounding.
     shares = np.cumsum(weights) / weights.sum()
     low, high = (int(np.searchsorted(shares, share - 1e-12)) for share in ((1 - COVERED) / 2, (1 + COVERED) / 2))

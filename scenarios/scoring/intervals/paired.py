@@ -32,7 +32,8 @@ DRAWS = 20_000
 class PairedDifference:
     """Mean ``difference`` of two methods' shares over seeds, and its two-sided ``p``-value.
 
-    ``smallest`` is the least mean difference that seeds of this spread could show, infinite where they could show none.
+    ``smallest`` is the least mean difference that seeds of this spread could show, be it a lead or a lag, infinite
+    where they could show none.
     """
 
     difference: float
@@ -72,14 +73,19 @@ class _Resamples:
 
 
 def _smallest(centred: NDArray[np.float64]) -> float:
-    """The least mean that residuals (n,) would let show; by halving the interval in which p falls below the level."""
+    """The least size of a mean that residuals (n,) would let show with either sign.
+
+    By halving the interval in which p falls below the level. Residuals to one side only let a lead be shown sooner than
+    a lag, or the other way about; whoever plans a campaign knows neither.
+    """
     if least_p(len(centred)) > LEVEL:
         return math.inf
     resamples = _Resamples(centred)
     low, high = 0.0, 100 * float(np.ptp(centred))
     while high - low > 1e-4:
         middle = (low + high) / 2
-        low, high = (low, middle) if resamples.p_value(middle) <= LEVEL else (middle, high)
+        shown = all(resamples.p_value(mean) <= LEVEL for mean in (middle, -middle))
+        low, high = (low, middle) if shown else (middle, high)
     return high
 
 

@@ -8,10 +8,11 @@ import numpy as np
 from refseq_bench.scenarios.scoring.atlas import JoinScore, SequenceShares
 from refseq_bench.scenarios.scoring.consistency.consistency import Consistency
 from refseq_bench.scenarios.scoring.figures import Figures
+from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.proportion import Proportion
-from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
-from refseq_bench.scenarios.scoring.score import RANKS
-from refseq_bench.scenarios.tables import NONE, TextTable, counted, number
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, median_way
+from refseq_bench.scenarios.scoring.score import RANKS, Score
+from refseq_bench.scenarios.tables import NONE, TextTable, counted, number, with_unknown
 
 
 def figures_table(title: str, found: Sequence[Figures]) -> TextTable:
@@ -49,9 +50,16 @@ def _cells(one: Figures) -> list[str]:
         number(wide.mass_reliability.error),
         number(wide.auroc),
         number(wide.false_alarms),
-        "/".join(_metres(wide.error_quantile(share)) for share in (0.5, 0.95)) if wide.scored else NONE,
+        _errors(wide),
         f"{one.cost:.2f}",
     ]
+
+
+def _errors(wide: Score) -> str:
+    """Median and 95th percentile of the error along the path."""
+    if not wide.scored:
+        return NONE
+    return with_unknown("/".join(_metres(wide.error_quantile(share)) for share in (0.5, 0.95)), wide.unknown_errors)
 
 
 def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
@@ -72,8 +80,8 @@ def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
         wide, off_map = one.wide, int(one.wide.off_map.sum())
         table.add_row(
             one.method,
-            f"{int(np.isfinite(wide.false_fixes).sum())} of {off_map}",
-            _metres(wide.worst_false_fix),
+            f"{wide.count(Outcome.FALSE_FIX)} of {off_map}",
+            with_unknown(_metres(wide.worst_false_fix), wide.unknown_false_fixes),
             number(wide.lost_reliability.error),
             *(ways_text(ways) for ways in (*wide.recovery, wide.first_fixes)),
         )
@@ -81,10 +89,10 @@ def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
 
 
 def ways_text(ways: Sequence[DistanceOrNever]) -> str:
-    """Median [m] of what was found, and how many never got there."""
-    found = [way for way in ways if way is not None]
-    never = len(ways) - len(found)
-    return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} of {len(ways)})" if never else "")
+    """Median [m], and how many never got there; never where at least half did not."""
+    never = f" ({count} of {len(ways)})" if (count := ways.count(None)) else ""
+    median = median_way(ways)
+    return ("never" if math.isinf(median) else _metres(median)) + never
 
 
 def join_cells(joined: JoinScore | None) -> list[str]:

@@ -1,5 +1,6 @@
 """The worst failures of a method over several drives: what somebody who wants to know why looks at first."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -19,8 +20,8 @@ class Failure:
     """A view that a method failed at: the ``run`` by its number, the query ``view``, and what became of it.
 
     ``answer`` is the place answered (or that would have been, of a view that was missed) and ``right`` the place
-    nearest to the truth; ``apart`` is how far the answer's place is from the truth [m], ``lost`` the P(lost) said.
-    ``views`` in a row were failed at in this way, of which this is the worst.
+    nearest to the truth; ``apart`` is how far the answer's place is from the truth [m], nan where that place has no
+    true pose, ``lost`` the P(lost) said. ``views`` in a row were failed at in this way, of which this is the worst.
     """
 
     run: int
@@ -38,8 +39,8 @@ def worst_failures(
 ) -> list[Failure]:
     """The worst of each kind, wrong answers first; of views in a row that failed alike only the worst one.
 
-    Wrong answers and false fixes are the worse the farther they lie from the truth, missed views the surer the
-    localiser was of being lost. ``scores`` are of the comparisons, one by one.
+    Wrong answers and false fixes are the worse the farther they lie from the truth, and worst where nobody knows how
+    far; missed views the surer the localiser was of being lost. ``scores`` are of the comparisons, one by one.
     """
     found = [
         failure
@@ -54,7 +55,9 @@ def _worst(failures: Sequence[Failure]) -> list[Failure]:
 
 
 def _badness(failure: Failure) -> float:
-    return failure.lost if failure.outcome is Outcome.MISSED else failure.apart
+    if failure.outcome is Outcome.MISSED:
+        return failure.lost
+    return math.inf if math.isnan(failure.apart) else failure.apart
 
 
 def _of_run(run: int, comparison: Comparison, score: Score, method: str) -> Iterator[Failure]:

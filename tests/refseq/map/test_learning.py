@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from refseq.belief import Stage
-from refseq.errors import MapError
+from refseq.errors import MapError, ViewError
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.map import Map
+from refseq.map.paths.annotations import Annotations
 from refseq.map.profile import BEST
 from refseq.view import View
 from tests.support import corridor_drive
@@ -45,6 +46,17 @@ def test_a_map_without_a_way_is_refused_with_the_cause(
     with pytest.raises(MapError) as caught:
         learn(still)
     assert str(caught.value) == f"{message}; valid are two views or more with odometry between them"
+
+
+@pytest.mark.parametrize("words", ["go @home", "follow;MT@nan", "MT:90@0.31; MN:5@inf"])
+def test_a_behaviour_that_begins_nowhere_is_refused(views: list[View], words: str) -> None:
+    told = [*views[:3], replace(views[3], behaviour=words), *views[4:6]]
+    with pytest.raises(ViewError) as caught:
+        learn(told, sensors=["laser"])
+    valid = "valid is as MT:90@0.31; MN:5, with metres behind an @"
+    assert str(caught.value) == f"view 3 at 6 s: behaviour is {words!r}; {valid}"
+    with pytest.raises(ValueError, match=r"^annotations: "):
+        Annotations(("", words))
 
 
 @pytest.mark.parametrize("profile", ["thesis", "best"])

@@ -1,12 +1,14 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from refseq.errors import MapError
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.map.extractors import FEATURES
+from refseq.map.learning import learn
 from refseq.map.profile import (
     BEST,
     COUNTING,
@@ -18,7 +20,9 @@ from refseq.map.profile import (
     Matching,
     Profile,
     profile_named,
+    profile_of,
 )
+from refseq.view import Scan, View
 
 
 def test_round_trip_through_json() -> None:
@@ -198,3 +202,37 @@ def test_a_wrong_change_is_one_line_that_names_it(changes: str, message: str) ->
         profile_named(f"thesis+{changes}")
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("own", "message"),
+    [
+        (
+            replace(THESIS, chain=replace(THESIS.chain, window=0)),
+            "profile.chain.window is 0; valid is a whole number from 1 to 10000",
+        ),
+        (
+            replace(BEST, chain=replace(BEST.chain, stay_lost=1.5)),
+            "profile.chain.stay_lost is 1.5; valid is a number from 0 to 1",
+        ),
+        (replace(BEST, features="walls"), "profile.features is 'walls'; valid is a list of names"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_profile_of_one_s_own_is_held_to_what_a_file_is(own: Profile, message: str) -> None:
+    with pytest.raises(MapError) as caught:
+        profile_of(own)
+    assert str(caught.value) == message
+    with pytest.raises(MapError, match=r"^profile\."):
+        learn([View(float(k), scan=Scan(np.full(361, 3.0, np.float32)), distance=1.0) for k in range(3)], profile=own)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_the_named_profiles_are_valid_as_they_are(name: str) -> None:
+    assert profile_of(PROFILES[name]) == PROFILES[name]
+
+
+def test_numbers_of_numpy_become_plain_ones() -> None:
+    chain = replace(BEST.chain, window=np.int64(7), stay_lost=np.float32(0.5))
+    own = profile_of(replace(BEST, chain=chain))
+    assert own == replace(BEST, chain=replace(BEST.chain, window=7, stay_lost=0.5))
+    assert json.loads(json.dumps(own.to_dict())) == own.to_dict()

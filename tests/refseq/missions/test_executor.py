@@ -408,6 +408,26 @@ def test_tasks_are_not_done_elsewhere_or_again(when: float, to: float) -> None:
         assert "left out" in told(line)
 
 
+def test_every_task_that_is_left_out_is_named_once() -> None:
+    """Past three pictures to 19 m; the goal is reached and the last one is all that was done."""
+    orders = [Order(0.0, "MN", "start")]
+    orders += [
+        Order(at, "MN", name, (Photograph(name),)) for at, name in ((6.0, "a"), (12.0, "b"), (17.0, "c"), (25.0, "d"))
+    ]
+    plan = Plan(way(30.0), tuple(orders), 30.0)
+    line = carried(Line(Executor(plan), right(plan.path)), 4.0, 19.5)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert [task for task, _ in line.tasks] == [Photograph("d")]
+    left = [entry.what for entry in line.executor.log if "left out" in entry.what]
+    assert left == ["left out, behind it: photograph 'a', photograph 'b', photograph 'c'"]
+
+
+def test_tasks_before_the_start_are_named() -> None:
+    line = Line(Executor(with_tasks(), localised=False, start=15.0), None, x=15.0).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert "left out, behind it: photograph 'p', wait 5 s, call 'c'" in told(line)
+
+
 def test_lost_behind_a_place_its_tasks_are_not_done_again() -> None:
     plan = with_tasks()
     count = len(plan.path.along)

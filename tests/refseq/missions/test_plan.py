@@ -254,3 +254,26 @@ def test_words_of_a_log_that_lack_numbers_are_told(words: str) -> None:
     way = MissionPath(np.arange(5), np.arange(5) * 2.0, ("MN:8", words, "MN:8", "", ""), ())
     with pytest.raises(MissionError, match=rf"^behaviour '{words}', as it was learnt, lacks numbers; valid are "):
         as_learnt(way)
+
+
+def test_words_that_begin_nowhere_are_told() -> None:
+    way = MissionPath(np.arange(3), np.arange(3) * 2.0, ("MN:8", "go @home", ""), ())
+    with pytest.raises(
+        MissionError, match=r"^behaviour 'go @home', as it was learnt, begins nowhere; valid is MT:90@0"
+    ):
+        as_learnt(way)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_errands_are_one_a_step(count: int) -> None:
+    with pytest.raises(MissionError) as caught:
+        plan("[LD_LA3]", errands=[Errand()] * count)
+    assert str(caught.value) == f"mission [LD_LA3]: {count} errands for 2 steps; valid is one a step"
+
+
+@pytest.mark.parametrize("words", ["MW", "MT", "MT:left"])
+def test_words_of_an_errand_that_lack_numbers_are_told(words: str) -> None:
+    with pytest.raises(MissionError) as caught:
+        plan("[LD_LA3]", errands=[Errand(), Errand(words)])
+    valid = "valid are MW:left,0.5,4 and MT:90, say"
+    assert str(caught.value) == f"mission [LD_LA3], step 2: behaviour {words!r} lacks numbers; {valid}"

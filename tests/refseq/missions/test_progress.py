@@ -7,7 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from refseq.belief import Belief, pose_beside
+from refseq.belief import Belief, belief_from, pose_beside
+from refseq.missions.path import MissionPath
 from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
 from tests.refseq.missions.on_a_line import flat, lost, seen_at, way
 
@@ -210,3 +211,31 @@ def test_a_position_that_views_told_is_their_mean_at_first() -> None:
         where.update(seen_at(WAY.along, right, width=0.05))
         share = max(1 / number, TRUST.share)
         assert where.along == pytest.approx(before + share * (right - before), abs=2e-3)
+
+
+@some
+@given(st.integers(1, 4), st.sampled_from([0.1, 0.3, 0.45, 0.55, 0.8]))
+def test_a_place_counts_once_however_many_views_of_the_way_lie_at_it(every: int, share: float) -> None:
+    """Where most of a belief is does not depend on where the robot dawdled when the way was learnt."""
+    places = np.repeat(np.arange(20), every)
+    of = MissionPath(places, 0.8 * places, ("",) * len(places), ())
+    where = ProgressFilter(of, TRUST, 8.0)
+    belief = belief_from(np.where(np.arange(20) == 10, share, 0.0) + np.where(np.arange(20) == 18, 1.0 - share, 0.0))
+    assert where.update(belief) is (Estimate.AGREES if share > TRUST.sure else Estimate.DOUBTS)
+    assert where.along == pytest.approx(8.0)
+
+
+def test_a_belief_in_a_place_speaks_for_the_one_that_a_loop_makes_the_same() -> None:
+    """On the stretch that a closed path drives twice, the robot goes on from either pass, and jumps to neither."""
+    count = 40
+    twins = np.column_stack([np.arange(10), np.arange(30, 40)])
+    of = replace(way(count - 1.0), twins=twins)
+    assert len(of.places) == count
+    for start in (3, 33):
+        where = ProgressFilter(of, TRUST, float(start))
+        for number in range(5):
+            first, second = (seen_at(of.along, start % 30 + number + pass_, width=0.3).places for pass_ in (0.0, 30.0))
+            for split in (0.0, 0.3, 1.0):
+                assert where.update(belief_from(split * first + (1 - split) * second)) is Estimate.AGREES
+            assert where.along == pytest.approx(start + number, abs=0.1)
+            where.move(1.0)

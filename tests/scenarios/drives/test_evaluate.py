@@ -9,9 +9,12 @@ from refseq.logs import Recording
 from refseq.map.learning import learn
 from refseq.map.map import Map
 from refseq.view import View
+from refseq_bench.scenarios.datasets.ground_truth import PictureTruth, ground_truth
 from refseq_bench.scenarios.drives.evaluate import compare, places_as_views, results
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.figures import figures
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
-from tests.support import beliefs_with_errors, corridor_comparison, corridor_drive
+from tests.support import beliefs_with_errors, certain, corridor_comparison, corridor_drive
 
 
 @pytest.fixture(scope="module")
@@ -88,3 +91,20 @@ def test_a_stage_that_one_comparison_lacks_has_no_result() -> None:
     full = corridor_comparison(0, count=20, size=24)
     part = replace(full, beliefs={Stage.PRIOR: beliefs_with_errors(rng, 20, 20, 0.1, 1.0)})
     assert [result.stage for result in results([full, part])] == [Stage.PRIOR]
+
+
+def test_tolerances_in_pictures_hold_for_what_needs_no_truth_too() -> None:
+    """Stages that mean places up to four pictures apart agree within five, as ``compare`` says of the same answers."""
+    views = [View(float(number), distance=float(number > 0)) for number in range(20)]
+    answers = {
+        Stage.UNIFORM: [certain(20, min(19, number + 4 * (number % 2))) for number in range(20)],
+        Stage.CHAIN: [certain(20, number) for number in range(20)],
+    }
+    truth = PictureTruth(ground_truth("frame±5"))
+    comparison = truth.judging(Comparison("pictures", views, {}, views, {}, answers))
+    for result, figure in zip(
+        results([comparison], truth.tolerances), figures([comparison], *truth.tolerances), strict=True
+    ):
+        assert result.consistency == figure.consistency
+        assert result.consistency.agreement.value == 1.0
+        assert result.consistency.jumps.successes == 0

@@ -121,8 +121,8 @@ def test_another_drive_of_the_same_name_has_no_pictures_of_the_map(refseq: Refse
     assert answer.code == 0
     west, east = answer.err.splitlines()
     assert west == (
-        "note: no pictures of west: others/west.mcap has no view at 58.000000 s, as view 29 is; valid is the recording "
-        "that the map was learnt from"
+        "note: no pictures of west: others/west.mcap: has no view at 58.000000 s, as view 29 of the map's 30 is; valid "
+        "is the recording that the map was learnt from"
     )
     assert east.startswith("note: no pictures of east: others/east.mcap: ")
     assert "data:image" not in (here / "joins.html").read_text()

@@ -309,7 +309,7 @@ def test_views_off_the_map_without_truth_or_pictures_are_fine(tmp_path: Path) ->
     label = Stage.CHAIN.label
     _, further, off_map, _ = (row for row in page.rows if row[0] == label)
     assert further[1] == "0 / 0 / 0 / 1"
-    assert off_map == [label, "1.000", "0 %", "0.050", "0.00 m", "n/a", "n/a"]
+    assert off_map == [label, "1.000", "0 %", "0.050", "0.00 m", "n/a", "0.00 m"]
 
 
 def test_methods_are_told_apart_by_colour_by_line_and_by_marker() -> None:

@@ -322,7 +322,7 @@ ORDERS = {
     "intervals": ["[9.1, 85.0] / [1, 2]", "[60.4, 85.0] / [1, 2]"],
     "times": ["59.9 s", "1 min 05 s", "2 min 00 s", "1 h 00 min"],
     "sizes": ["999 B", "1 kB", "27.4 MB", "1.5e+03 GB"],
-    "lengths, of which some never ended": ["0.00 m", "2.58 m (1 never)", "10.00 m"],
+    "lengths, of which some never ended": ["0.00 m", "2.58 m (1 never)", "10.00 m", "never (4 of 5)"],
     "several numbers": ["2 / 40", "10 / 3"],
     "words": ["case 2", "case 10", "late evening"],
     "clock": ["08:00", "16:00", "16:30"],

@@ -1,5 +1,6 @@
 import csv
 import io
+import math
 from dataclasses import replace
 
 import pytest
@@ -8,7 +9,10 @@ from rich.console import Console
 from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
+from refseq_bench.scenarios.campaign.declare.figures import FIGURES
 from refseq_bench.scenarios.drives.benchmark import ALL, by_experiment
+from refseq_bench.scenarios.report.sections.headline import headline
+from refseq_bench.scenarios.report.words import distances
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, Tolerance
@@ -32,6 +36,14 @@ def away(name: str = "away") -> Comparison:
     wary = [replace(certain(5, k, lost), timings=timings) for k, lost in ((1, 0.0), (1, 0.8), (2, 0.1))]
     bold = [certain(5, 1), certain(5, 1), certain(5, 4)]
     return Comparison(name, reference, {}, query, {}, {"wary": wary, "bold": bold})
+
+
+def gap() -> Comparison:
+    """Four views on the map and two off it, answered partly by place 2, whose true pose nobody knows."""
+    reference = [View(0.0, truth=None if x == 4 else Pose(float(x), 0.0, 0.0)) for x in range(0, 10, 2)]
+    query = [View(0.0, truth=Pose(float(x), y, 0.0)) for x, y in ((0, 0), (2, 0), (6, 0), (8, 0), (0, 9), (8, 9))]
+    answers = [certain(5, place) for place in (0, 1, 2, 2, 0, 2)]
+    return Comparison("gap", reference, {}, query, {}, {"mine": answers})
 
 
 def printed(table: object, width: int = 40) -> str:
@@ -121,14 +133,64 @@ def test_what_happened_off_the_map_has_a_table_of_its_own(seeds: list[Comparison
     assert lost_table("none", figures(seeds)) is None
     lines = printed(lost_table("away", figures([away()]))).splitlines()
     wary, bold = (next(line for line in lines if line.split()[:1] == [name]).split() for name in ("wary", "bold"))
-    assert wary == ["wary", "0", "of", "1", "n/a", "0.100", "0.00", "0.00", "0.00"]
-    assert bold == ["bold", "1", "of", "1", "9.00", "0.333", "n/a", "(1", "of", "1)", "n/a", "(1", "of", "1)", "0.00"]
+    assert wary == ["wary", "0", "of", "1", "0.00", "0.100", "0.00", "0.00", "0.00"]
+    assert bold == [
+        "bold",
+        "1",
+        "of",
+        "1",
+        "9.00",
+        "0.333",
+        "never",
+        "(1",
+        "of",
+        "1)",
+        "never",
+        "(1",
+        "of",
+        "1)",
+        "0.00",
+    ]
+
+
+def test_answers_at_places_without_a_true_pose_are_counted_and_their_errors_told_as_unknown() -> None:
+    found = figures([gap()])
+    record = figures_record(found[0])
+    assert (record["failures_views"], record["error_unknown_views"], record["error_p95_m"]) == (2, 2, 0.0)
+    assert (record["false_fixes_views"], record["false_fixes_unknown_views"], record["worst_false_fix_m"]) == (
+        2,
+        1,
+        9.0,
+    )
+    assert "0.00/0.00 (2 unknown)" in printed(figures_table("gap", found))
+    assert "Of 3 answers the error is not known" in headline(found[0], "").more
+    told = printed(lost_table("gap", found)).splitlines()
+    assert next(line for line in told if "mine" in line).split()[1:6] == ["2", "of", "2", "9.00", "(1"]
 
 
 def test_ways_tell_the_median_and_those_never_gone() -> None:
-    assert ways_text([1.0, None, 4.0, 2.0]) == "2.00 (1 of 4)"
-    assert ways_text([None]) == "n/a (1 of 1)"
+    assert ways_text([1.0, None, 4.0, 2.0]) == "3.00 (1 of 4)"
+    assert ways_text([None]) == "never (1 of 1)"
     assert ways_text([]) == "n/a"
+    assert [distances(ways) for ways in ([1.0, None, 3.0], [2.0, None], [])] == [
+        "3.00 m (1 never)",
+        "never (1 of 2)",
+        "n/a",
+    ]
+
+
+def test_a_way_has_one_median_whoever_tells_it() -> None:
+    """Right again once in three times, at once: the median of the three is never."""
+    views = [(x, y) for place in range(3) for x, y in ((place, 0), (place, 9))] + [(4, 0)]
+    reference = [View(0.0, truth=Pose(float(x), 0.0, 0.0)) for x in range(5)]
+    query = [View(0.0, truth=Pose(float(x), float(y), 0.0)) for x, y in views]
+    answers = [certain(5, place) for place in (0, 0, 1, 0, 0, 0, 0)]
+    (found,) = figures([Comparison("ways", reference, {}, query, {}, {"mine": answers})])
+    assert found.wide.recovery.to_recover == (0.0, None, None)
+    record = figures_record(found)
+    assert (record["to_recover_median_m"], record["to_recover_never_times"]) == (None, 2)
+    assert math.isinf(FIGURES["to_recover"].take(found))
+    assert "never (2 of 3)" in printed(lost_table("ways", [found]))
 
 
 def test_all_drives_together_are_told_where_there_are_several_experiments(seeds: list[Comparison]) -> None:

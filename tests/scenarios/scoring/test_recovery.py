@@ -48,6 +48,17 @@ def test_being_carried_to_another_place_is_an_episode_and_no_way() -> None:
     assert first_fix(carried, [W, W, W, W, R]) == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize(
+    ("outcomes", "to_lost"),
+    [([R, F, F, X, X, X], (2.0,)), ([R, F, F, F, F, X], (3.0,)), ([R, F, F, F, F, F], (None,)), ([X] * 6, ())],
+)
+def test_being_carried_while_off_the_map_is_no_leaving(outcomes: list[Outcome], to_lost: tuple[float | None]) -> None:
+    """The robot leaves the map once; nor does being carried there end the way to saying lost."""
+    views = along(0, 1, 2, 3, 4, 5)
+    carried = [*views[:4], *(replace(view, truth=Pose(view.truth.x + 200, 0, 0)) for view in views[4:] if view.truth)]
+    assert recovery_of(carried, outcomes) == (to_lost, ())
+
+
 def test_without_odometry_nobody_is_taken_to_be_carried() -> None:
     views = [replace(view, distance=0.0) for view in along(0, 9, 18)]
     assert recovery_of(views, [R, W, R]) == ((), ())

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from refseq.belief import Belief, Stage
+from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
@@ -83,9 +83,8 @@ def test_a_place_seen_from_behind_is_not_on_the_map() -> None:
 
 
 def test_lost_needs_more_than_the_threshold() -> None:
-    comparison = line(at(5.0), beliefs=[certain(PLACES, 5, lost=0.5)])
-    assert score(comparison, Stage.CHAIN).outcomes == (Outcome.RIGHT,)
-    assert score(comparison, Stage.CHAIN, lost_above=0.4).outcomes == (Outcome.MISSED,)
+    beliefs = [certain(PLACES, 5, lost=LOST_ABOVE), certain(PLACES, 5, lost=np.nextafter(LOST_ABOVE, 1.0))]
+    assert judged(at(5.0), at(5.0), beliefs=beliefs).outcomes == (Outcome.RIGHT, Outcome.MISSED)
 
 
 def test_along_path_error_follows_the_bends_of_the_path() -> None:
@@ -235,6 +234,7 @@ def test_the_worst_false_fix_is_the_farthest_answer_off_the_map() -> None:
     assert result.false_fixes == pytest.approx([math.nan, 5.0, 9.0, math.nan], nan_ok=True)
     assert result.worst_false_fix == 9.0
     assert math.isnan(judged(at(5.0), beliefs=[certain(PLACES, 9)]).worst_false_fix)
+    assert judged(at(5.0, 99.0), beliefs=[certain(PLACES, 9, lost=0.9)]).worst_false_fix == 0.0
 
 
 def test_the_place_where_it_was_last_sure_is_held_against_where_it_left_the_map() -> None:

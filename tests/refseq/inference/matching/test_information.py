@@ -139,6 +139,7 @@ def test_without_noise_places_are_told_apart_as_far_as_their_columns_differ(
     assert drawn.bits == pytest.approx(found.bits, abs=1e-9)
     both = column_information(matrix, matrix.blocks["a"], matrix.blocks["b"])
     assert found.bits - 1e-9 <= both.bits <= both.limit == math.log2(dense.shape[1])
+    assert column_information(matrix) == both, "of all, as without blocks the statistics are"
 
 
 def test_two_places_alike_and_two_alone_tell_one_and_a_half_bits() -> None:

@@ -133,6 +133,7 @@ def test_pictures_that_are_none(picture: CompressedPicture | RawPicture, message
     with pytest.raises(LogError) as caught:
         picture.decode()
     assert str(caught.value).startswith(message)
+    assert damage(picture) == ("" if "is not read" in message else str(caught.value)), "told without decoding as well"
 
 
 @pytest.fixture(scope="module", params=[".png", ".jpg"])

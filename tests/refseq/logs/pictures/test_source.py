@@ -94,13 +94,21 @@ def test_every_tenth_picture_alone_is_decoded(tmp_path: Path, monkeypatch: pytes
     decoded = []
     real = cv2.imdecode
     monkeypatch.setattr(cv2, "imdecode", lambda *args: decoded.append(1) or real(*args))
-    assert len(read_recording(folder, thin=10).views) == len(decoded) == 3
+    views = read_recording(folder, thin=10).views
+    assert decoded == []
+    assert all(view.images["camera-1"].shape == (480, 640) for view in views)
+    assert len(views) == len(decoded) == 3
 
 
 def broken(folder: Path, how: str) -> None:
     match how:
-        case "sizes":
-            write(folder, "c.png", size=(7, 8))
+        case "empty":
+            (folder / "c.png").touch()
+        case "cut":
+            data = (folder / "a.png").read_bytes()
+            (folder / "c.png").write_bytes(data[:48])
+        case "column":
+            write(folder, "c.png", size=(10_000, 1))
         case "no picture":
             (folder / "c.png").write_text("hello")
         case "16 bits":
@@ -113,23 +121,59 @@ def broken(folder: Path, how: str) -> None:
             (folder / "c.png").symlink_to(folder / "gone.png")
 
 
-@pytest.mark.parametrize(
-    ("how", "message"),
-    [
-        ("sizes", r"c\.png: is 8 × 7 pixels, the folder's first picture 8 × 6; valid is one size a folder"),
-        ("no picture", r"c\.png: an image cannot be decoded; valid are PNG and JPEG"),
-        ("16 bits", r"c\.png: is of 16 bits, as distances are; valid are pictures of 8 bits"),
-        ("huge", r"c\.png: an image declares 100000 × 100000 pixels; valid are 1 to"),
-        ("link", r"c\.png: cannot be read: No such file"),
-    ],
-)
-def test_pictures_that_are_none(tmp_path: Path, how: str, message: str) -> None:
-    folder = write(tmp_path / "drive", "a.png", "b.png")
+DAMAGE = [
+    ("no picture", r"c\.png: an image cannot be decoded; valid are PNG and JPEG"),
+    ("empty", r"c\.png: an image cannot be decoded; valid are PNG and JPEG"),
+    ("cut", r"c\.png: an image cannot be decoded: a part of it declares \d+ bytes, and \d+ are left"),
+    ("16 bits", r"c\.png: is of 16 bits, as distances are; valid are pictures of 8 bits"),
+    ("huge", r"c\.png: an image declares 100000 × 100000 pixels; valid are 1 to"),
+    ("column", r"c\.png: an image declares 640 × 6400000 pixels; valid are 1 to"),
+    ("link", r"c\.png: cannot be read: No such file"),
+]
+
+
+@pytest.mark.parametrize(("how", "message"), DAMAGE)
+def test_a_folder_of_which_no_picture_is_whole_is_refused(tmp_path: Path, how: str, message: str) -> None:
+    folder = write(tmp_path / "drive", "a.png")
     broken(folder, how)
+    (folder / "a.png").unlink()
     with pytest.raises(LogError, match=message) as told:
-        read_recording(folder)
+        dict(read_recording(folder).views[0].images)
     assert str(told.value).startswith(str(folder))
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("how", [how for how, _ in DAMAGE])
+@pytest.mark.parametrize("name", ["0.png", "c.png"])
+def test_one_damaged_picture_is_told_and_left_out(tmp_path: Path, how: str, name: str) -> None:
+    """The first one as well, which tells the size; the odometer goes on over the gap."""
+    folder = write(tmp_path / "drive", "a.png", "b.png", "d.png")
+    broken(folder, how)
+    (folder / "c.png").rename(folder / name)
+    recording = read_recording(folder)
+    assert [int(view.images["camera-1"].mean()) for view in recording.views] == [10, 20, 30]
+    assert [view.distance for view in recording.views] == [0, 1, 1 if name == "0.png" else 2]
+    assert recording.metadata["images"] == "8 × 6 pixels, made 640 wide"
+    assert recording.findings is not None
+    assert list(recording.findings.losses()) == [f"camera-1: the picture {name} is damaged and left out"]
+
+
+def test_pictures_of_another_size_are_counted_before_any_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write(tmp_path / "drive", *(f"{k}.png" for k in range(30)))
+    write(folder, "7.png", "12.png", size=(7, 8))
+    write(folder, "20.png", size=(12, 16))
+    monkeypatch.setattr(cv2, "imdecode", None)
+    plan = plan_views(open_log(folder))
+    told = "27 of its pictures are 8 × 6 pixels, 3 are not, the first 7.png: 8 × 7; valid is one size a camera"
+    assert plan.other_sizes() == {"/camera-1": told}
+    with pytest.raises(LogError) as caught:
+        plan.read()
+    assert str(caught.value) == f"{folder}: topic /camera-1: {told}"
+    few = plan.between(slice(0, 8)).other_sizes()["/camera-1"]
+    assert few.startswith("7 of its pictures are 8 × 6 pixels, 1 is not, the first 7.png: 8 × 7;")
+    assert plan.between(slice(0, 7)).other_sizes() == {}, "those that are not asked for do not matter"
 
 
 def test_folders_that_are_none(tmp_path: Path) -> None:

@@ -127,6 +127,24 @@ def test_tables_by_their_header(tmp_path: Path, header: str, row: str, key: floa
     assert pose.heading == pytest.approx(heading, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    "content",
+    [
+        "time,x,y,yaw [deg]\n0.5,1.5,-2,90\n1.5,2.5,-2,180\n",
+        "time;x;y;yaw [deg]\r\n0.5;1.5;-2;90\r\n1.5;2.5;-2;180\r\n",
+        "# made elsewhere; by hand\n# time; x [m, world]; y; yaw [deg]\n0.5; 1.5; -2; 90\n1.5; 2.5; -2; 180\n",
+        "time [s]\tx [m]\ty [m]\tyaw [deg]\n0.5\t1.5\t-2\t90\n1.5\t2.5\t-2\t180\n",
+        "time x\ty yaw_deg\n0.5 1.5\t-2 90\n1.5 2.5\t-2 180\n",
+        "time,x,y,yaw [deg]\n0.5;1.5;-2;90\n1.5;2.5;-2;180\n",
+    ],
+)
+def test_commas_semicolons_tabs_and_spaces_separate_the_same_table(tmp_path: Path, content: str) -> None:
+    (tmp_path / "a.csv").write_bytes(content.encode())
+    found = read_trajectory(tmp_path / "a.csv")
+    assert_allclose(found.keys, [0.5, 1.5])
+    assert_allclose(found.poses, [[1.5, -2, math.pi / 2], [2.5, -2, math.pi]])
+
+
 def test_positions_by_satellite(tmp_path: Path) -> None:
     # The CN tower in Toronto, as the usual worked example of the projection has it: 630 084 m east, 4 833 438 m north.
     (tower,) = utm(np.array([43.642567]), np.array([-79.387139]), zone_of(-79.387139))
@@ -173,6 +191,12 @@ def test_what_is_written_is_read_again(way: list[tuple[float, float, float]], fo
         ("index,x,y,theta\n1.5,0,0,0\n", "line 2: number 1.5 is not valid; it should be a whole number of 0 or more"),
         ("index,lat,lon\n0,95,0\n", "line 2: latitude 95°, longitude 0°; valid are -84 to 84 and -180 to 180"),
         ("index,x,y\n0,1,1\n1,1,1\n", "goes nowhere and names no heading; valid is one with a column of headings"),
+        ("time;x;y;yaw\n0,0;1,5;2;0\n", "line 2: '0,0' has a decimal comma; valid are decimal points"),
+        ("time;x;y;yaw\n0;1.5;2,5;0\n", "line 2: '2,5' has a decimal comma"),
+        ("time\tx\ty\tyaw\n0,5\t1,5\t2,5\t0,1\n", "line 2: '0,5' has a decimal comma"),
+        ("0,5 1,5 2,5 0,1\n", "line 1: '0,5' has a decimal comma"),
+        ("time|x|y\n0|1|2\n", r"holds no pose; valid .* with commas, semicolons, tabs or spaces between"),
+        ("0.5;1;2;3;0;0;0;1\n", "rows of 8 numbers .*: the quaternion may begin with w or end with it"),
         ("1.5 \0", "line 1: is no text of a trajectory; valid are lines of numbers"),
     ],
 )  # fmt: skip

@@ -34,7 +34,7 @@ from refseq.planar import Pose, motion_between
 from refseq.view import View
 from tests.refseq.floors import Leaf, wall_with_doors
 from tests.refseq.rooms import Wall, cast, named_maps
-from tests.support import corridor_drive
+from tests.support import corridor_drive, texture
 
 LENGTH = 20.0
 doors = st.builds(PathDoor, st.floats(-5, 500), st.sampled_from(DoorSide), st.floats(0.1, 3), st.booleans())
@@ -137,6 +137,18 @@ def test_annotations_go_through_json(told: Annotations) -> None:
 
 
 # --- recordings, maps, atlases ---
+
+
+def test_a_map_without_the_laser_has_nothing_that_it_saw() -> None:
+    views = [
+        replace(view, images={"forward": texture(k, 96, 1.0, 0)})
+        for k, view in enumerate(drive(corridor([(9.0, Leaf.NONE)])))
+    ]
+    both, blind = (learn(views, features=["dense"], sensors=sensors).paths[0] for sensors in (None, ["forward"]))
+    assert both.annotations.doors
+    assert blind.annotations == annotations_of([replace(view, scan=None) for view in views])
+    assert blind.annotations.doors == ()
+    assert blind.annotations.behaviours != both.annotations.behaviours, "no wall is kept to"
 
 
 def told_drive(count: int = 30) -> list[View]:

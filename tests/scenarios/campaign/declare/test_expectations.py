@@ -230,6 +230,20 @@ def test_a_way_that_was_never_gone_is_longer_than_all_others() -> None:
     assert math.isnan(taken([0.0], (0, 0, 0, 0))["to_lost"])
 
 
+def test_who_does_nothing_wrong_misses_no_expectation_about_failures() -> None:
+    path = [View(0.0, truth=Pose(float(x), 0.0, 0.0)) for x in range(4)]
+    away = [View(0.0, truth=Pose(0.0, 50.0, 0.0))]
+    good = [*(certain(4, place) for place in range(4)), certain(4, 3, 0.99)]
+    timid = [certain(4, 3, 0.99)] * 5
+    found = figures([Comparison("test", path, {}, [*path, *away], {}, {"good": good, "timid": timid})])
+    by_method = {one.method: one for one in found}
+    texts = ("worst_false_fix <= 5 m", "entropy_auroc >= 0.5", "entropy_auroc of timid >= 0.5")
+    worst, entropy, nothing_right = (judge(parse(text, "thesis"), by_method, "good", 1) for text in texts)
+    assert (worst.met, worst.value) == (True, 0.0)
+    assert (entropy.met, entropy.reason) == (None, "good has no entropy_auroc, as none of its answers is wrong")
+    assert nothing_right.met is False, "nor is any right"
+
+
 def test_every_figure_has_a_meaning_and_no_stage_s_ending() -> None:
     assert all(figure.meaning for figure in FIGURES.values())
     assert not any(name.endswith(tuple(SUFFIXES)) for name in FIGURES)

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
-from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
+from refseq_bench.scenarios.campaign.declare.overrides import judged_instead, with_methods, with_renderer, with_seeds
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.rendering.renderer import RendererKind
 
@@ -74,6 +74,19 @@ def test_who_was_judged_is_named_where_others_run(cases: list[Case]) -> None:
         ("thesis/chain",),
         ("thesis/chain", "vlad"),
     ]
+    assert case.scenario.judged == "vlad"
+    told = "thesis/chain, which is judged in 1 case, does not run; vlad is judged there"
+    assert list(judged_instead(cases, [case])) == [told]
+
+
+def test_who_was_judged_stays_so_where_it_runs(tmp_path: Path) -> None:
+    path = tmp_path / "other.toml"
+    path.write_text(FILE + 'judged = "best/chain"\n')
+    (declared,) = load(path)
+    (case,) = with_methods([declared], (), ["vlad", "best/chain"])
+    assert (case.scenario.judged, case.scenario.methods) == ("best/chain", ("vlad", "best/chain"))
+    assert case.expectations == declared.expectations
+    assert not list(judged_instead([declared], [case]))
 
 
 @pytest.mark.parametrize(

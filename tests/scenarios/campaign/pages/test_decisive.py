@@ -3,10 +3,18 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
-from refseq_bench.scenarios.campaign.pages.decisive import corrected, power_line, power_rows, undecided
+from refseq_bench.scenarios.campaign.pages.decisive import (
+    MOST_SEEDS,
+    comparison_rows,
+    corrected,
+    power_line,
+    power_rows,
+    undecided,
+)
 from refseq_bench.scenarios.campaign.pages.index import index_page
 from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
 from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, RunRecord, SeedRecord, write_result
+from refseq_bench.scenarios.scoring.intervals.paired import comparisons_shown, least_p
 from tests.scenarios.campaign.pages.test_text_report import campaign, case, method
 from tests.scenarios.conftest import Refseq
 from tests.scenarios.report.test_document import Page
@@ -62,6 +70,26 @@ def test_two_seeds_show_nothing_and_say_what_would() -> None:
     record = campaign(asked("few", a=[91, 93], b=[60, 64]))
     assert power_line(record).endswith("2 seeds can show none of so many, 3 could")
     assert power_rows(record)[0].smallest == "n/a"
+
+
+def test_seeds_are_counted_that_both_methods_have() -> None:
+    """At two of five seeds the other method broke: three are too few for the least p-value of five."""
+    telling = asked("broken", a=[91, 93, 90, 92, 91], b=[60, 64, 58, 62, 61], c=[81, 83, 80, 82, 81])
+    ours, broken, whole = telling.methods
+    broken = broken.model_copy(update={"runs": {seed: broken.runs[seed] for seed in (1, 2, 3)}})
+    record = telling.model_copy(update={"methods": (ours, broken, whole)})
+    assert [one.seeds for one in corrected(campaign(record))] == [3, 5]
+    assert power_rows(campaign(record))[0].seeds == "3 to 5"
+    assert [row.p for row in comparison_rows(record)] == ["≤ 0.028", "≤ 0.00077"]
+
+
+def test_seven_seeds_are_the_most_that_are_told_to_show_more() -> None:
+    """From there on the resamples that are drawn, and not the seeds, are the bound."""
+    assert least_p(MOST_SEEDS - 1) > least_p(MOST_SEEDS) == least_p(MOST_SEEDS + 1)
+    apart = {f"b{number}": [90] * 6 for number in range(comparisons_shown(6) + 1)}
+    assert power_line(campaign(asked("many", a=[90] * 6, **apart))).endswith(
+        "6 seeds can show none of so many, 7 could"
+    )
 
 
 @pytest.mark.parametrize("seeds", [5, 9, 10, 12])

@@ -5,7 +5,13 @@ import pytest
 
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.pages.tables import CampaignRuns, blocks, filled, replaced
-from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, SeedRecord, write_result
+from refseq_bench.scenarios.campaign.store.result_file import (
+    CampaignRecord,
+    CaseRecord,
+    RunRecord,
+    SeedRecord,
+    write_result,
+)
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.tables import NONE
@@ -68,6 +74,17 @@ def test_renderers_of_its_drives_are_named(query: str, told: str) -> None:
     sides = {"reference": {"renderer": "filament"}, "further": [{"log": "a.log"}], "query": {"renderer": query}}
     resolved = [one.model_copy(update={"resolved": sides}) for one in RUN.cases]
     assert f"MuJoCo 4.0.0, pictures by {told}; 2 seeds" in body(PAGE, RUN.model_copy(update={"cases": tuple(resolved)}))
+
+
+def test_failures_a_seed_are_of_the_seeds_that_the_method_ran() -> None:
+    """At three of five seeds it broke."""
+    (record,) = run(judged("day", ("a", 6), seeds=5)).cases
+    runs = {seed: RunRecord(right=3, of=5) for seed in (1, 2)}
+    broken = record.model_copy(update={"methods": (record.methods[0].model_copy(update={"runs": runs}),)})
+    text = body(page(("{failures} of {of}", "{failures_a_seed:g}, {seeds}"), ('"other".method = "b"\n', ""),
+                     ('"by night".case = "night"\n', "")), run(broken))  # fmt: skip
+    assert "| by **day** | 2, 2 |" in text
+    assert "; 2 seeds a case." in text
 
 
 def test_a_table_has_a_cell_for_each_row_and_column() -> None:

@@ -95,6 +95,8 @@ def test_one_figure_of_all_methods_over_all_cases(tmp_path: Path, refseq: Refseq
             "--case 'dail' is not in this campaign; valid are dial, dial/0, dial/1",
         ),
         (["--case", "dial"], "--case goes with --across; valid is to name a figure as well"),
+        (["--figures", "--json"], "--figures and --json exclude each other; valid is one of them"),
+        (["--figures", "--across", "auc"], "--figures and --across exclude each other; valid is one of them"),
     ],
 )
 def test_a_table_of_what_is_not_there_is_one_line(asked: list[str], told: str, tmp_path: Path, refseq: Refseq) -> None:

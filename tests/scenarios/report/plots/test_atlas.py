@@ -194,7 +194,7 @@ def test_a_page_tells_of_the_joins_of_who_is_judged(run: Comparison) -> None:
     assert (ours.label, ours.cells[:3]) == ("best/chain", ("0.00 m", "n/a / 0.000 / 1.000", "0"))
     assert ours.cells[3] == "2 (1)"
     assert ours.cells[6:] == ("31 of 47", "0", "4 of 5")
-    assert (other.label, other.cells[:3]) == ("vlad", (f"{NONE} (1 never)", "n/a / 0.250 / 0.250", "0"))
+    assert (other.label, other.cells[:3]) == ("vlad", ("never (1 of 1)", "n/a / 0.250 / 0.250", "0"))
     assert other.cells[3:] == (NONE,) * 6
 
 

@@ -73,6 +73,15 @@ def test_smallest_difference_is_where_p_crosses_the_level() -> None:
     assert compared(centred + 0.98 * smallest, np.zeros(5)).p > 0.05
 
 
+def test_smallest_difference_is_shown_by_a_lead_and_by_a_lag() -> None:
+    """With one seed far to one side a lead of 8 points would be shown, a lag from 20 on."""
+    centred = np.array([-0.05, -0.03, -0.07, -0.06, 0.21])
+    smallest = compared(centred, np.zeros(5)).smallest
+    assert smallest == pytest.approx(compared(-centred, np.zeros(5)).smallest, abs=1e-3)
+    assert max(compared(centred + mean, np.zeros(5)).p for mean in (smallest, -smallest)) <= 0.05
+    assert max(compared(centred + mean, np.zeros(5)).p for mean in (0.98 * smallest, -0.98 * smallest)) > 0.05
+
+
 def test_level_is_kept_where_there_is_no_difference() -> None:
     """Of pairs that do not differ but by chance about one in twenty is shown."""
     rng = np.random.default_rng(7)

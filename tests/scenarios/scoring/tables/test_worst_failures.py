@@ -48,6 +48,17 @@ def test_each_kind_has_its_own() -> None:
     assert found(one, each=1) == [(0, 1, Outcome.WRONG), (0, 7, Outcome.FALSE_FIX), (0, 5, Outcome.MISSED)]
 
 
+def test_what_lies_nobody_knows_how_far_off_comes_first() -> None:
+    one = run([0, 39, 2, 20, 4, 20, 6], [0.0] * 7, off_map={5})
+    views = list(one.reference_views)
+    views[20] = replace(views[20], truth=None)
+    unknown = replace(one, reference_views=views)
+    assert found(unknown, each=1) == [(0, 3, Outcome.WRONG), (0, 5, Outcome.FALSE_FIX)]
+    (worst, *_) = worst_failures([unknown], [score(unknown, "mine", WIDE)], "mine")
+    told = "query view 3: wrong, at a place without a true pose, P(lost) 0.00."
+    assert failure_frames(worst, [unknown], {}).caption == told
+
+
 def test_worst_of_random_answers_is_worst_of_all() -> None:
     rng = np.random.default_rng(0)
     runs = [run(list(rng.integers(PLACES, size=PLACES)), list(rng.random(PLACES) ** 3)) for _ in range(3)]

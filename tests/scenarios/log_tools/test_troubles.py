@@ -1,0 +1,59 @@
+"""Folders of pictures of which some are damaged or of another size: the checkup and learning say the same."""
+
+from pathlib import Path
+
+import cv2
+import pytest
+
+from refseq.errors import RefseqError
+from refseq_bench.scenarios.drives.inputs import DriveSelection, check_all_views, read_drive
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.log_tools.checkup import check_log
+from refseq_bench.scenarios.log_tools.verdicts import Usability
+from tests.support import texture
+
+COUNT = 24
+ODD = 5
+"""A picture that is none of the eight that are decoded."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder of pictures, one for each metre."""
+    for number in range(COUNT):
+        cv2.imwrite(str(tmp_path / f"{number:02d}.jpg"), texture(number, 48, 1.0, 0))
+    return tmp_path
+
+
+@pytest.mark.parametrize("number", [0, ODD])
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_damaged_picture_is_told_and_left_out(folder: Path, number: int, share: float) -> None:
+    hurt = folder / f"{number:02d}.jpg"
+    data = hurt.read_bytes()
+    hurt.write_bytes(data[: int(share * len(data))])
+    checkup, drive = check_log(folder, DriveSelection()), read_drive(folder)
+    assert checkup.verdicts[0].usability is Usability.WORKS
+    assert list(checkup.warnings) == [f"camera-1: the picture {hurt.name} is damaged and left out"]
+    assert checkup.taken["/camera-1"] == "camera camera-1, 640 × 480"
+    assert checkup.views == len(drive.views) == COUNT - 1
+    assert all(len(view.images["camera-1"]) for view in drive.views)
+    with pytest.raises(ScenarioError) as caught:
+        check_all_views(drive.metadata, folder)
+    assert str(caught.value) == (
+        f"{folder}: damaged pictures are left out (camera-1: 1, the first {hurt.name}), and the ground truth counts "
+        "all; valid are whole ones"
+    )
+
+
+def test_a_picture_of_another_size_is_refused_by_the_checkup_and_by_reading(folder: Path) -> None:
+    cv2.imwrite(str(folder / f"{ODD:02d}.jpg"), texture(ODD, 36, 1.0, 0))
+    checkup = check_log(folder, DriveSelection())
+    told = (
+        f"{COUNT - 1} of its pictures are 64 × 48 pixels, 1 is not, the first 05.jpg: 48 × 36; valid is one size a "
+        "camera"
+    )
+    assert [(one.usability, one.reason) for one in checkup.verdicts[:2]] == 2 * [(Usability.FAILS, f"camera-1: {told}")]
+    with pytest.raises(RefseqError) as caught:
+        read_drive(folder)
+    assert str(caught.value) == f"{folder}: topic /camera-1: {told}"
+    check_all_views(read_drive(folder, DriveSelection(views="6:24")).metadata, folder)
