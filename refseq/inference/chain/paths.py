@@ -21,6 +21,16 @@ class PathBounds:
         K = len(along)
         last = np.array(ends) % K
         path = np.searchsorted(last, np.arange(K))
-        gaps = np.delete(np.diff(along), last[:-1])
         first = np.concatenate([[0], last[:-1] + 1])
-        return cls(first[path], last[path], float(np.median(gaps)) if len(gaps) else 0.0)
+        return cls(first[path], last[path], usual_step(along, ends))
+
+
+def usual_step(along: NDArray[np.float64], ends: tuple[int, ...] = (-1,)) -> float:
+    """The median distance from one place to the next of its path [m], of those that the robot drove; 0 without any.
+
+    ``ends`` are the last places of the paths over ``along`` (K,) [m], rising. A robot that stood saw one place many
+    times: were these steps counted, a drive that stood for more than half of its views would have none.
+    """
+    gaps = np.delete(np.diff(along), np.array(ends[:-1], np.intp))
+    driven = gaps[gaps > 0]
+    return float(np.median(driven)) if len(driven) else 0.0
