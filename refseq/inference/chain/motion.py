@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.inference.chain.discrete_motion import DiscreteMotion
 from refseq.inference.chain.interpolated_motion import InterpolatedMotion
-from refseq.inference.chain.paths import usual_step
+from refseq.inference.paths import usual_step
 
 
 @dataclass(frozen=True, slots=True)

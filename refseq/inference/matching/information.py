@@ -17,6 +17,7 @@ from scipy import sparse
 from scipy.special import entr, logsumexp, xlogy
 
 from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.inference.matching.neighbours import Neighbours
 
 LN2 = math.log(2)
 
@@ -75,20 +76,23 @@ def column_information(matrix: IncidenceMatrix, *blocks: range) -> Information:
     return Information(limit - float(sizes @ np.log2(sizes)) / matrix.K, limit)
 
 
-def neighbour_noise(matrix: IncidenceMatrix, block: range) -> Noise:
+def neighbour_noise(matrix: IncidenceMatrix, block: range, neighbours: Neighbours | None = None) -> Noise:
     """Rates at which a block's features are seen again at the next place, as if it were the same place later.
 
     The one estimate that a map gives by itself. It knows nothing of another light, and takes for noise what the robot's
-    own motion changes. Half a sighting is added to either side, so that no rate is 0 or 1 for want of places.
+    own motion changes. ``neighbours`` tell of gaps, over which no place is the next one. Half a sighting is
+    added to either side, so that no rate is 0 or 1 for want of places.
     """
     first, last = matrix.pointers[block.start], matrix.pointers[block.stop]
     places = matrix.places[first:last].astype(np.int64)
     rows = np.repeat(np.arange(len(block)), matrix.sightings(block))
+    beside = neighbours or Neighbours.even(matrix.K)
+    starts = beside.first[places]
     # Places rise within a row, so that the next place, if the feature is there as well, is the next entry.
-    again = int(((np.diff(rows) == 0) & (np.diff(places) == 1)).sum())
-    there = int((places < matrix.K - 1).sum())
-    new = int((places > 0).sum()) - again
-    absent = len(block) * max(0, matrix.K - 1) - there
+    again = int(((np.diff(rows) == 0) & (np.diff(places) == 1) & (np.diff(starts) == 0)).sum())
+    there = int((places < beside.last[places]).sum())
+    new = int((places > starts).sum()) - again
+    absent = len(block) * (matrix.K - beside.stretches) - there
     return Noise((again + 0.5) / (there + 1), (new + 0.5) / (absent + 1))
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from refseq.dead_reckoning import reckoned_poses
 from refseq.features.walls import WallSettings, find_lines
-from refseq.inference.chain.paths import usual_step
+from refseq.inference.paths import usual_step
 from refseq.map.paths.legs import Leg, legs_of
 from refseq.planar import Pose, wrap
 from refseq.view import Scan, View

@@ -1,4 +1,4 @@
-"""Bounds of the paths that a chain's places lie on, one path behind the other."""
+"""Places along paths: the bounds of paths that lie one behind the other, and the usual step from place to place."""
 
 from dataclasses import dataclass
 from typing import Self

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from refseq.inference.chain.chain import Chain, ChainSettings
-from refseq.inference.chain.paths import PathBounds, usual_step
 from refseq.inference.chain.run_out import run_out
+from refseq.inference.paths import PathBounds, usual_step
 from tests.refseq.chains import SPREAD
 
 
