@@ -12,7 +12,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from refseq.files import replacing_at
-from refseq.inference.matching.incidence import IncidenceMatrix, Statistics
+from refseq.inference.matching.incidence import IncidenceMatrix, Statistics, sensor_of
 from refseq.inference.matching.information import (
     Information,
     Noise,
@@ -70,7 +70,7 @@ def summaries(
     noise = _noise(matrix, neighbours)
     groups: dict[str, tuple[str, ...]] = {key: (key,) for key in matrix.blocks}
     for sensor in matrix.sensors:
-        keys = tuple(key for key in matrix.blocks if key.rpartition("/")[2] == sensor)
+        keys = tuple(key for key in matrix.blocks if sensor_of(key) == sensor)
         if 1 < len(keys) < len(matrix.blocks):
             groups[sensor] = keys
     if len(matrix.blocks) > 1:

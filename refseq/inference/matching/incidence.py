@@ -11,6 +11,11 @@ from scipy import sparse
 from refseq.inference.matching.columns import Rows
 
 
+def sensor_of(key: str) -> str:
+    """The sensor of an extractor by its key, ``feature/sensor``; a sensor's name may have slashes, as topics have."""
+    return key.partition("/")[2]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class IncidenceMatrix:
     """N binary features by K places, packed: for each feature the places where it was seen.
@@ -106,7 +111,7 @@ class IncidenceMatrix:
         """Each sensor's rows: the blocks of the extractors ("feature/sensor") that use it."""
         by_sensor: dict[str, tuple[range, ...]] = {}
         for key, block in self.blocks.items():
-            sensor = key.rpartition("/")[2]
+            sensor = sensor_of(key)
             by_sensor[sensor] = (*by_sensor.get(sensor, ()), block)
         return by_sensor
 

@@ -164,6 +164,13 @@ def test_rows_of_a_sensor_are_those_of_its_extractors() -> None:
     np.testing.assert_array_equal(matrix.sightings(range(14, 17)), [0, 0, 0])
 
 
+def test_sensors_whose_names_end_alike_after_a_slash_are_two() -> None:
+    """A camera may be named as its topic is."""
+    sizes = {"sift/front/left": 2, "dense/front/left": 1, "sift/rear/left": 3}
+    matrix = IncidenceMatrix.from_columns([{}], sizes)
+    assert matrix.sensors == {"front/left": (range(2), range(2, 3)), "rear/left": (range(3, 6),)}
+
+
 @pytest.mark.parametrize(
     ("pointers", "places", "message"),
     [
