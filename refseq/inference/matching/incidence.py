@@ -147,6 +147,12 @@ class IncidenceMatrix:
         block = self.blocks[key]
         return Rows(self.pointers, self.places, self.K).between(block.start, block.stop)
 
+    def zeros_and_ones(self, block: range) -> sparse.csr_array:
+        """The rows of a block for sums over them, (len(block), K)."""
+        first, last = self.pointers[block.start], self.pointers[block.stop]
+        pointers = self.pointers[block.start : block.stop + 1] - first
+        return sparse.csr_array((np.ones(last - first), self.places[first:last], pointers), shape=(len(block), self.K))
+
     def rows(self, ids: NDArray[np.intp]) -> NDArray[np.bool_]:
         """The rows of some features, unpacked: (len(ids), K)."""
         return self.visible(ids).dense()

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 from scipy.special import entr, logsumexp, xlogy
 
 from refseq.inference.matching.incidence import IncidenceMatrix
@@ -58,7 +57,7 @@ def feature_information(matrix: IncidenceMatrix, block: range, noise: Noise = NO
     """
     p, q = noise.detection, noise.false_alarm
     s = matrix.sightings(block) / matrix.K
-    bits = _coin(s * p + (1 - s) * q) - s * _coin(p) - (1 - s) * _coin(q)
+    bits = coin_entropy(s * p + (1 - s) * q) - s * coin_entropy(p) - (1 - s) * coin_entropy(q)
     return np.maximum(bits, 0.0)  # a rounding error must not make it negative
 
 
@@ -141,11 +140,7 @@ class _Block:
     """The features of one extractor as a channel: from a place to what is seen there, and back."""
 
     def __init__(self, matrix: IncidenceMatrix, block: range, noise: Noise) -> None:
-        first, last = matrix.pointers[block.start], matrix.pointers[block.stop]
-        self._rows = sparse.csr_array(
-            (np.ones(last - first), matrix.places[first:last], matrix.pointers[block.start : block.stop + 1] - first),
-            shape=(len(block), matrix.K),
-        )
+        self._rows = matrix.zeros_and_ones(block)
         self._columns = self._rows.tocsc()
         self._there = np.diff(self._columns.indptr)
         self._noise = noise
@@ -172,7 +167,7 @@ def _posterior(log_likelihoods: Sequence[NDArray[np.float64]]) -> NDArray[np.flo
     return posterior
 
 
-def _coin(p: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def coin_entropy(p: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """Entropy of a coin that falls on one side with probability p [bits]."""
     bits: NDArray[np.float64] = (entr(p) + entr(1 - np.asarray(p))) / LN2
     return bits

@@ -13,6 +13,7 @@ from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.information import (
     NOISELESS,
     Noise,
+    coin_entropy,
     column_information,
     feature_information,
     neighbour_noise,
@@ -65,6 +66,10 @@ def test_a_feature_tells_what_its_joint_table_says(dense: np.ndarray, noise: Noi
     for row, bits in zip(dense, found, strict=True):
         assert bits == pytest.approx(mutual_information(joint_table(row[None], [noise])), abs=1e-9)
         assert 0 <= bits <= min(1, math.log2(len(row))) + 1e-12
+
+
+def test_a_coin_that_falls_either_way_has_a_bit() -> None:
+    np.testing.assert_allclose(coin_entropy(np.array([0.0, 0.5, 1.0, 0.25])), [0, 1, 0, 0.811278], atol=1e-6)
 
 
 def test_a_feature_of_half_of_the_places_tells_a_bit_and_a_constant_one_nothing() -> None:
