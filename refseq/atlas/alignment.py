@@ -46,7 +46,11 @@ def align(translation: Translation) -> Alignment:
 
 def told(measured: Measurement) -> NDArray[np.float64]:
     """Evidence of a view for each place, (L,) [nats]: its log ratio, or its likelihood against an even one."""
-    if measured.log_ratio is not None:
-        return measured.log_ratio
+    return measured.log_ratio if measured.log_ratio is not None else told_by_likelihood(measured)
+
+
+def told_by_likelihood(measured: Measurement) -> NDArray[np.float64]:
+    """Likelihood of each place against an even one, (L,) [nats]; where no log ratios are known at least ``LEAST``."""
     with np.errstate(divide="ignore"):
-        return np.maximum(np.log(measured.likelihood * len(measured.likelihood)), LEAST)
+        nats: NDArray[np.float64] = np.log(measured.likelihood * len(measured.likelihood))
+    return nats if measured.log_ratio is not None else np.maximum(nats, LEAST)

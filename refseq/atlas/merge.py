@@ -100,7 +100,7 @@ class _Told:
 
 
 def _in_order(found: FoundOverlap) -> tuple[object, ...]:
-    """An order of stretches that is the same whatever they were found in."""
+    """An order of stretches by their paths, as the maps were given, then by views; not by how they were searched."""
     return (*sorted([found.one, found.other]), found.views.tolist())
 
 

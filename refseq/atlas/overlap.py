@@ -13,7 +13,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.alignment import Alignment, align
+from refseq.atlas.alignment import Alignment, align, told_by_likelihood
 from refseq.atlas.runs import RunSettings, best_runs
 from refseq.atlas.similarity import Translation, translated
 from refseq.errors import MapError
@@ -284,14 +284,14 @@ def told_by(there: Translation, back: Translation) -> Told:
     """Information of the sensors of two maps about pairs of their places: the mean of both ways."""
 
     @cache
-    def likelihoods(sensor: str) -> tuple[NDArray[np.float64], ...]:
-        return tuple(np.array([one.likelihood for one in way.measurements(sensors=[sensor])]) for way in (there, back))
+    def nats(sensor: str) -> list[NDArray[np.float64]]:
+        ways = [way.measurements(sensors=[sensor]) for way in (there, back)]
+        return [np.array([told_by_likelihood(one) for one in measured]) for measured in ways]
 
     def told(sensor: str, pairs: NDArray[np.intp]) -> NDArray[np.float64]:
-        to, fro = likelihoods(sensor)
+        to, fro = nats(sensor)
         i, j = pairs.T
-        both = np.log(to[i, j] * to.shape[1]) + np.log(fro[j, i] * fro.shape[1])
-        return np.asarray(both / 2, np.float64)
+        return np.asarray((to[i, j] + fro[j, i]) / 2, np.float64)
 
     return told
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.inference.matching.neighbours import Neighbours
 from refseq.inference.matching.place_distance import PlaceDistances
 from refseq.map.map import Map
 from refseq.map.merge_record import MergeRecord
@@ -45,7 +46,7 @@ def compact(map_: Map, alike: float = ALIKE, within: float = WITHIN) -> Compacte
 
 
 def _compact(sequence: ReferenceSequence, alike: float, within: float) -> tuple[ReferenceSequence, tuple[range, ...]]:
-    distances = PlaceDistances(sequence.matrix)
+    distances = PlaceDistances(sequence.matrix, Neighbours.of(sequence.along))
     runs = alike_runs(distances, sequence.along, alike, within)
     shown = [features for run in runs for features in [common_features(distances, run)] * len(run)]
     return without_unseen(replace(sequence, matrix=_matrix_of(shown, sequence.matrix))), runs

@@ -21,6 +21,7 @@ from refseq.features import (
     SiftWords,
     WallLines,
 )
+from refseq.inference.matching.incidence import sensor_of
 from refseq.map.profile import Profile
 from refseq.view import LASER
 
@@ -63,8 +64,8 @@ def check_feature(key: str) -> None:
 
 def make_extractor(key: str, profile: Profile, state: Mapping[str, NDArray[Any]]) -> Extractor:
     """The extractor of a saved map by its key, ``feature/sensor``. Raises ``MapError`` for one that is not known."""
-    name, _, sensor = key.partition("/")
-    extractor = FEATURES[name](sensor, profile, state) if name in FEATURES else None
+    name = key.partition("/")[0]
+    extractor = FEATURES[name](sensor_of(key), profile, state) if name in FEATURES else None
     if extractor is None:
         raise _unknown(key)
     return extractor

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from refseq.belief import LOST, Belief
 from refseq.errors import ViewError
@@ -20,12 +20,41 @@ from refseq.map.profile import Matching
 from refseq.view import LASER, Scan, View
 
 
+@dataclass(frozen=True, slots=True)
+class GuardedView:
+    """``faults`` that stand at a view; ``sightless`` where, by them, none of the sensors that are asked is left."""
+
+    faults: tuple[DeclaredFault, ...] = ()
+    sightless: bool = False
+
+    def told(self, belief: Belief) -> Belief:
+        """The belief of the view with the faults that stand; without any sensor left the robot is lost."""
+        if not self.faults:
+            return belief
+        if not self.sightless:
+            return replace(belief, faults=self.faults)
+        return replace(belief, faults=self.faults, lost=1.0, path=(*belief.path[:-1], LOST))
+
+
+def told_in_hindsight(beliefs: Sequence[Belief], guarded: Sequence[GuardedView]) -> list[Belief]:
+    """Beliefs of a whole drive with the faults that stood at its views.
+
+    A view without any sensor left is where the views around it put it; one with no view behind it that sees anything is
+    lost, as it was on the way.
+    """
+    seeing = max((k for k, view in enumerate(guarded) if not view.sightless), default=-1)
+    return [
+        (view if k > seeing else replace(view, sightless=False)).told(belief)
+        for k, (belief, view) in enumerate(zip(beliefs, guarded, strict=True))
+    ]
+
+
 class SensorGuard:
     """A matcher behind a monitor of the sensors (docs/sensor-faults.md).
 
     As long as nothing is declared the matcher gets every view as it is. ``sensors`` are those of the map that are
-    asked, ``faults`` those that stand at the last view; ``scan`` is what its laser saw, None where that is ill, missing
-    or not asked. Takes the same as ``Matcher``, and raises the same.
+    asked, ``guarded`` tells the faults that stand at the last view; ``scan`` is what its laser saw, None where that is
+    ill, missing or not asked. Takes the same as ``Matcher``, and raises the same.
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
@@ -43,8 +72,8 @@ class SensorGuard:
         self._matcher.reset()
         self._monitor.reset()
         self._exchange = ExchangeWatch(self._matcher.extractors)
-        self.faults: tuple[DeclaredFault, ...] = ()
-        self._sightless, self._met = False, False
+        self.guarded = GuardedView()
+        self._met = False
         self.scan: Scan | None = None
         self._trusted: View | None = None
 
@@ -60,14 +89,14 @@ class SensorGuard:
         ill = {fault.sensor for fault in health.faults if fault.kind is not FaultKind.EXCHANGED}
         looked_at = replace(view, images={name: image for name, image in view.images.items() if name not in ill})
         ratios = self._exchange.ratios(looked_at, self._matcher.described)
-        self.faults = self._monitor.compare(ratios)
-        trusted = usable_view(view, self.faults)
+        faults = self._monitor.compare(ratios)
+        trusted = usable_view(view, faults)
         if trusted.sensors != health.usable.sensors:
             measured = self._match(trusted, health.step)
         self._trusted = trusted
         self.scan = trusted.scan if LASER in self.sensors else None
-        fallen = self.sensors & {fault.sensor for fault in self.faults}
-        self._sightless = bool(fallen) and not trusted.sensors & self.sensors
+        fallen = self.sensors & {fault.sensor for fault in faults}
+        self.guarded = GuardedView(faults, bool(fallen) and not trusted.sensors & self.sensors)
         return measured
 
     def keys(self) -> Mapping[str, PictureKeys]:
@@ -103,11 +132,3 @@ class SensorGuard:
                 f"view at {view.time:g} s: {', '.join(sorted(view.images))}: no camera of the map; "
                 f"valid are {', '.join(sorted(self._cameras))}"
             )
-
-    def told(self, belief: Belief) -> Belief:
-        """The belief of the last view with the faults that stand; without any sensor left the robot is lost."""
-        if not self.faults:
-            return belief
-        if not self._sightless:
-            return replace(belief, faults=self.faults)
-        return replace(belief, faults=self.faults, lost=1.0, path=(*belief.path[:-1], LOST))

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Stage, stage_named
 from refseq.intake import each_view
+from refseq.map.guard import told_in_hindsight
 from refseq.map.map import Map
 from refseq.map.measurer import Measurer
 from refseq.map.stage_answers import StageAnswers
@@ -84,11 +85,14 @@ def smoothed(map_: Map, views: Iterable[View], *, seed: int = 0) -> list[Belief]
     """The chain's answers in hindsight: each view's in the light of the whole drive, those after it among them.
 
     They are not what a robot could have known on its way, and are scored apart; ``Hindsight`` tells how, and what it
-    raises. As on the way, scans and keys are asked at the places that the views before name.
+    raises. As on the way, scans and keys are asked at the places that the views before name, and beliefs tell of the
+    faults that stood at their views (``told_in_hindsight``).
     """
     measurer, answers, hindsight = Measurer(map_, seed=seed), StageAnswers(map_, Stage.CHAIN), Hindsight(map_)
+    guarded = []
     for view in each_view(views):
         measurer.take(view)
         answers.follow(measurer)
         hindsight.take(answers.measured)
-    return hindsight.beliefs()
+        guarded.append(measurer.guarded)
+    return told_in_hindsight(hindsight.beliefs(), guarded)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from refseq.belief import Belief
 from refseq.map.blocks.beside_words import BesideWords
-from refseq.map.guard import SensorGuard
+from refseq.map.guard import GuardedView, SensorGuard
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.view import View
@@ -38,4 +38,9 @@ class Measurer:
 
     def told(self, belief: Belief) -> Belief:
         """The view's belief with faults of sensors and the pose beside the place, where there are any."""
-        return self._beside.told(self._guard.told(belief))
+        return self._beside.told(self.guarded.told(belief))
+
+    @property
+    def guarded(self) -> GuardedView:
+        """Faults of sensors that stand at the view taken last."""
+        return self._guard.guarded

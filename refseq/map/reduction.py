@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from refseq.features import Extractor
 from refseq.inference.matching.information import feature_information, neighbour_noise
+from refseq.inference.matching.neighbours import Neighbours
 from refseq.map.extractors import make_extractor
 from refseq.map.sequence import ReferenceSequence
 
@@ -45,11 +46,12 @@ def with_most_informative(sequence: ReferenceSequence, count: int) -> ReferenceS
     features are seen again at the next place. Bits of fixed tables stay: they are few, and their number is the table's.
     """
     matrix = sequence.matrix
-    told = np.full(matrix.N, -1.0)
+    told, neighbours = np.full(matrix.N, -1.0), Neighbours.of(sequence.along)
     for extractor in sequence.extractors:
         block = matrix.blocks[extractor.key]
         if extractor.state():
-            told[block.start : block.stop] = feature_information(matrix, block, neighbour_noise(matrix, block))
+            noise = neighbour_noise(matrix, block, neighbours)
+            told[block.start : block.stop] = feature_information(matrix, block, noise)
     chosen = np.zeros(matrix.N, np.bool_)
     chosen[np.argsort(-told, kind="stable")[:count]] = True
     return _with_features(sequence, chosen)

@@ -404,6 +404,7 @@ def matrix(
     """Describe a map's incidence matrix and what it tells about the place, and draw it."""
     import numpy as np
 
+    from refseq.inference.matching.neighbours import Neighbours
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.matrix import (
         check_picture,
@@ -418,9 +419,11 @@ def matrix(
     if output is not None:
         check_output(output, of=[map_file])
         check_picture(output)
-    found = Map.load(map_file).sequence.matrix
+    sequence = Map.load(map_file).sequence
+    found, neighbours = sequence.matrix, Neighbours.of(sequence.along)
     title = f"{map_file.name}: {found.N} features at {found.K} places"
-    rows, best = summaries(found, np.random.default_rng(seed)), top_features(found, top) if top else []
+    rows = summaries(found, np.random.default_rng(seed), neighbours)
+    best = top_features(found, top, neighbours) if top else []
     if as_json:
         print_json({"features": found.N, "places": found.K, "kinds": rows, "top": best})
     else:

@@ -12,7 +12,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from refseq.files import replacing_at
-from refseq.inference.matching.incidence import IncidenceMatrix, Statistics
+from refseq.inference.matching.incidence import IncidenceMatrix, Statistics, sensor_of
 from refseq.inference.matching.information import (
     Information,
     Noise,
@@ -21,6 +21,7 @@ from refseq.inference.matching.information import (
     neighbour_noise,
     view_information,
 )
+from refseq.inference.matching.neighbours import Neighbours
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
@@ -62,12 +63,14 @@ class FeatureSummary:
     distinct: float
 
 
-def summaries(matrix: IncidenceMatrix, rng: np.random.Generator) -> list[MatrixSummary]:
+def summaries(
+    matrix: IncidenceMatrix, rng: np.random.Generator, neighbours: Neighbours | None = None
+) -> list[MatrixSummary]:
     """Each extractor, each sensor that several extractors use, and all together."""
-    noise = _noise(matrix)
+    noise = _noise(matrix, neighbours)
     groups: dict[str, tuple[str, ...]] = {key: (key,) for key in matrix.blocks}
     for sensor in matrix.sensors:
-        keys = tuple(key for key in matrix.blocks if key.rpartition("/")[2] == sensor)
+        keys = tuple(key for key in matrix.blocks if sensor_of(key) == sensor)
         if 1 < len(keys) < len(matrix.blocks):
             groups[sensor] = keys
     if len(matrix.blocks) > 1:
@@ -87,9 +90,9 @@ def _summary(
     )
 
 
-def top_features(matrix: IncidenceMatrix, count: int) -> list[FeatureSummary]:
+def top_features(matrix: IncidenceMatrix, count: int, neighbours: Neighbours | None = None) -> list[FeatureSummary]:
     """The features that tell the most about the place, given the noise of their extractors."""
-    noise = _noise(matrix)
+    noise = _noise(matrix, neighbours)
     told = np.concatenate([feature_information(matrix, block, noise[key]) for key, block in matrix.blocks.items()])
     names = [(key, number) for key, block in matrix.blocks.items() for number in range(len(block))]
     found = []
@@ -107,8 +110,8 @@ def top_features(matrix: IncidenceMatrix, count: int) -> list[FeatureSummary]:
     return found
 
 
-def _noise(matrix: IncidenceMatrix) -> dict[str, Noise]:
-    return {key: neighbour_noise(matrix, block) for key, block in matrix.blocks.items()}
+def _noise(matrix: IncidenceMatrix, neighbours: Neighbours | None) -> dict[str, Noise]:
+    return {key: neighbour_noise(matrix, block, neighbours) for key, block in matrix.blocks.items()}
 
 
 # --- tables ---

@@ -58,7 +58,7 @@ def dense_spread(along: np.ndarray, distance: float, wide: float, thin: float, e
     """``dense_window`` with ``interpolated``."""
     K = len(along)
     stops = sorted(end % K + 1 for end in ends)
-    gaps = [along[k + 1] - along[k] for k in range(K - 1) if k + 1 not in stops]
+    gaps = [along[k + 1] - along[k] for k in range(K - 1) if k + 1 not in stops and along[k + 1] > along[k]]
     blur = np.median(gaps) / 2 if gaps else 0.0
     bars = [((1 - thin) * wide, wide), (thin * (wide + abs(distance)), wide + abs(distance))]
     window = np.zeros((K, K))
@@ -100,7 +100,7 @@ def dense_beyond(chain: Chain, distance: float) -> np.ndarray:
     ends = sorted(end % K for end in chain.ends)
     paths = [list(range(first, end + 1)) for first, end in zip([0, *(end + 1 for end in ends)], ends, strict=False)]
     steps = [chain.along[k + 1] - chain.along[k] for path in paths for k in path[:-1]]
-    margin = np.median(steps) if steps else 0.0
+    margin = np.median([step for step in steps if step] or [0.0])
     wide, shares = max(s.slack + s.drift * abs(distance), 1e-9), np.zeros(K)
     for path in paths:
         for k in path:

@@ -21,7 +21,7 @@ from refseq.inference.chain.discrete_motion import log_of
 from refseq.inference.chain.exponential_kernel import ExponentialKernel
 from refseq.inference.chain.lost_view import LostView
 from refseq.inference.chain.motion import MotionSettings, motion_model
-from refseq.inference.chain.paths import PathBounds
+from refseq.inference.paths import PathBounds
 
 
 class ObservedDistribution(StrEnum):

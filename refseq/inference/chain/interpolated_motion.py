@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.special import xlogy
 
-from refseq.inference.chain.paths import PathBounds
+from refseq.inference.paths import PathBounds
 
 NARROWEST = 0.001
 """A bar is at least so wide [m]: a robot that stands, where there is no slack, stays at its place."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.inference.chain.discrete_motion import DiscreteMotion
 from refseq.inference.chain.interpolated_motion import InterpolatedMotion
+from refseq.inference.paths import usual_step
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +66,6 @@ class MotionModel(Protocol):
 
     def surprise(self, belief: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_j P(j) P(k | j, d) (−log P(k | j, d)), (K,)."""
-
-
-def usual_step(along: NDArray[np.float64]) -> float:
-    """The median distance from one place to the next [m], 0 for a single place."""
-    steps = np.diff(along)
-    return float(np.median(steps)) if len(steps) else 0.0
 
 
 def motion_model(

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from refseq.inference.chain.chain import Chain, Observation, standing_once
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior, smooth
-from refseq.inference.chain.motion import usual_step
 from refseq.inference.chain.network import LinkedTransitions, Network
+from refseq.inference.paths import usual_step
 
 MOST = 50
 """Positions on a run-out at most, also where places lie centimetres apart: more would only cost time."""

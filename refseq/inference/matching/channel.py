@@ -5,7 +5,6 @@ with that of false alarms. The Z-channel has no false alarms, which suits featur
 the asymmetric one has both.
 """
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.information import Noise
+from refseq.inference.matching.information import Noise, coin_entropy
 
 Sighting = tuple[int, NDArray[np.intp]]
 """A view of a second drive: the place where it was taken, and the features of a block that it shows, from 0."""
@@ -34,7 +33,7 @@ def capacity(noise: Noise) -> float:
     slope = 1 - a - b
     if abs(slope) < 1e-9:
         return 0.0
-    at_a, at_b = _coin(a), _coin(b)
+    at_a, at_b = float(coin_entropy(a)), float(coin_entropy(b))
     return max(0.0, (a * at_b - (1 - b) * at_a) / slope + float(np.logaddexp2(0.0, (at_a - at_b) / slope)))
 
 
@@ -73,7 +72,7 @@ class FeatureCounts:
 
 def feature_counts(matrix: IncidenceMatrix, block: range, sightings: Iterable[Sighting]) -> FeatureCounts:
     """Count how the features of a block are seen again in a second drive."""
-    rows = _rows(matrix, block)
+    rows = matrix.zeros_and_ones(block)
     visits, views = np.zeros(matrix.K, np.int64), 0
     seen, detected = np.zeros(len(block), np.int64), np.zeros(len(block), np.int64)
     columns = rows.tocsc()
@@ -91,7 +90,7 @@ class ChannelModel:
     """Naive Bayes over features that err each by itself, as their channels do; ``counts`` by block."""
 
     def __init__(self, matrix: IncidenceMatrix, counts: Mapping[str, FeatureCounts]) -> None:
-        self._blocks = {key: _BlockChannel(_rows(matrix, matrix.blocks[key]), of) for key, of in counts.items()}
+        self._blocks = {key: _BlockChannel(matrix.zeros_and_ones(matrix.blocks[key]), of) for key, of in counts.items()}
         self._K = matrix.K
 
     def log_likelihood(self, seen: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
@@ -111,15 +110,3 @@ class _BlockChannel:
     def log_likelihood(self, ids: NDArray[np.intp]) -> NDArray[np.float64]:
         score: NDArray[np.float64] = self._none + self._gain[ids] @ self._rows[ids]
         return score
-
-
-def _rows(matrix: IncidenceMatrix, block: range) -> sparse.csr_array:
-    """A block of the matrix as zeros and ones, (n, K)."""
-    first, last = matrix.pointers[block.start], matrix.pointers[block.stop]
-    pointers = matrix.pointers[block.start : block.stop + 1] - first
-    return sparse.csr_array((np.ones(last - first), matrix.places[first:last], pointers), shape=(len(block), matrix.K))
-
-
-def _coin(p: float) -> float:
-    """Entropy of a coin that falls on one side with probability p [bits]."""
-    return -sum(x * math.log2(x) for x in (p, 1 - p) if x > 0)

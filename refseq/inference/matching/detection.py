@@ -3,25 +3,26 @@
 A Bernoulli model of one extractor's features, whose rates are learnt from the reference drive itself. Feature i shows
 up in a view at place k with probability f_i + d s_ik (1 − f_i): by *false alarm* with f_i, how common it is in the
 drive; by *detection* with d s_ik, where s_ik is 1 at the places that showed it and falls off at the places beside them
-as fast as neighbouring reference views lose each other's features. What light leaves of the detections, d, is not known
-and is averaged over a few values, for every view anew.
+as fast as neighbouring reference views lose each other's features, and ends at a gap. What light leaves of the
+detections, d, is not known and is averaged over a few values, for every view anew.
 
 Beside the rows themselves a few numbers a place are kept, and one byte an entry: how far it is the nearest one of its
 row, so that what lies beside a row's places need not be looked for at every view.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from refseq.inference.matching.columns import Rows, selected
+from refseq.inference.matching.neighbours import REACH, Neighbours
 
 RATES = np.array([0.05, 0.2, 0.5, 0.9])
 """Detection rates that are averaged over."""
-REACH = 3
-"""Places to both sides that may share a place's features."""
 PRIOR = 1.0
 """Feature i's false alarm rate is (n_i + 1) / (K + 2): seen once and missed once more (Laplace's rule)."""
 LEAST = 0.01
@@ -33,15 +34,19 @@ SIDE = 4
 
 
 class Detection:
-    """The model of one extractor's features: log-likelihood ratios of places against anywhere else."""
+    """The model of one extractor's features: log-likelihood ratios of places against anywhere else.
 
-    def __init__(self, rows: Rows) -> None:
+    ``neighbours`` tell which places lie beside each other; by their numbers all that follow each other do.
+    """
+
+    def __init__(self, rows: Rows, neighbours: Neighbours | None = None) -> None:
+        neighbours = neighbours or Neighbours.even(rows.K)
         self._rows, self._counts, self._K = rows, np.diff(rows.pointers), rows.K
-        self.covisibility = covisibility(rows)
+        self.covisibility = covisibility(rows, neighbours)
         self._L = int(np.count_nonzero(self.covisibility >= LEAST))
         reaches, detectable = [np.zeros(0, np.uint8)], np.zeros((self._L, rows.K))
         for piece in rows.pieces(PIECE):
-            reaches.append(reach(piece, self._L))
+            reaches.append(reach(piece, self._L, neighbours))
             for level, beside in spread(piece, reaches[-1], self._L):
                 detectable[level] += np.bincount(beside.places, minlength=rows.K)
         self._reach = np.concatenate(reaches)
@@ -79,22 +84,18 @@ def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
     return mean
 
 
-def covisibility(rows: Rows) -> NDArray[np.float64]:
-    """Share of a place's features that the places 0 to ``REACH`` away still show, (REACH + 1,), the first 1, falling.
+def covisibility(rows: Rows, neighbours: Neighbours | None = None) -> NDArray[np.float64]:
+    """Share of a place's features that places 0 to ``REACH`` steps away still show, (REACH + 1,), the first 1, falling.
 
     Shares that neighbours have in common by chance, as places farther apart have, are taken off. Where no more than
     that is left, neighbours share nothing: a ratio of two such rests would be any number. What two views at the very
     same place have in common no drive tells; it is carried on from one and two places away, as for a share that falls
     by the same factor.
     """
-    K = rows.K
-    pairs, chances = np.zeros(REACH), np.zeros(REACH)
-    for piece in rows.pieces(PIECE):
-        pairs += pairs_apart(piece)
-        chances += [np.count_nonzero(piece.places + away < K) for away in range(1, REACH + 1)]
-    chances = np.maximum(chances, 1.0)
-    by_chance = _shared_afar(rows, int(pairs.sum()))
-    excess = pairs / chances - by_chance
+    found = _pairs(rows, neighbours or Neighbours.even(rows.K))
+    chances = np.maximum(found.chances, 1.0)
+    *near, by_chance = found.shared / chances
+    excess = np.array(near) - by_chance
     share = np.clip(excess / max(1 - by_chance, LEAST), 0.0, 1.0)
     standard_error = np.sqrt(by_chance * (1 - by_chance) / chances[0])
     if excess[0] <= 2 * standard_error or share[0] < LEAST:
@@ -103,37 +104,64 @@ def covisibility(rows: Rows) -> NDArray[np.float64]:
     return np.minimum.accumulate(np.concatenate([[1.0], share / same]))
 
 
-def _shared_afar(rows: Rows, pairs_near: int) -> float:
-    """Share of a place's features that one more than ``REACH`` away has too; ``pairs_near`` of all pairs are nearer."""
-    counts = np.diff(rows.pointers)
-    pairs = int((counts**2).sum() - counts.sum()) - 2 * pairs_near
-    places = np.arange(rows.K)
-    far = np.maximum(places - REACH, 0) + np.maximum(rows.K - 1 - REACH - places, 0)
-    return pairs / max(int(far @ np.bincount(rows.places, minlength=rows.K)), 1)
+class _Pairs(NamedTuple):
+    """Pairs of a place that shows a feature with one that is 1 to ``REACH`` steps on, and, the last, farther off.
+
+    ``shared`` (REACH + 1,) is in how many the other shows it too, of so many ``chances``. Pairs afar count both ways.
+    """
+
+    shared: NDArray[np.float64]
+    chances: NDArray[np.float64]
 
 
-def pairs_apart(rows: Rows) -> NDArray[np.float64]:
-    """Number of pairs of places in one row that are 1, 2, … ``REACH`` apart, (REACH,)."""
-    # Rows are laid one behind the other, farther apart than that.
-    laid = rows.numbers() * (rows.K + REACH) + rows.places
+def _pairs(rows: Rows, neighbours: Neighbours) -> _Pairs:
+    """Count pairs over all rows; places of a stand are one, which shows a feature to the share of its views."""
+    views = neighbours.views
+    around = sliding_window_view(np.pad(views > 0, REACH), 2 * REACH + 1)  # (steps, from REACH behind to REACH ahead)
+    possible = np.vstack([around[:, REACH + 1 :].T, np.count_nonzero(views) - around.sum(axis=1)])
+    shared, chances = np.zeros(REACH + 1), np.zeros(REACH + 1)
+    for piece in rows.pieces(PIECE):
+        laid, share = _shown(piece, neighbours.step, views)
+        row, step = np.divmod(laid, len(views) + REACH)
+        apart = pairs_apart(laid, share)
+        both_ways = float(np.square(np.bincount(row, share)).sum() - np.square(share).sum())
+        shared += np.append(apart, both_ways - 2 * apart.sum())
+        chances += possible @ np.bincount(step, share, len(views))
+    return _Pairs(shared, chances)
+
+
+def _shown(rows: Rows, step: NDArray[np.intp], views: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Row and step as one number (n,), rising, rows farther apart than ``REACH``; the share of views that show it."""
+    each = rows.numbers() * (len(views) + REACH) + step[rows.places]
+    begins = np.flatnonzero(np.append(True, each[1:] > each[:-1])[: len(each)])
+    laid = each[begins]
+    return laid, np.diff(np.append(begins, len(each))) / views[laid % (len(views) + REACH)]
+
+
+def pairs_apart(laid: NDArray[np.intp], share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Number of pairs, by their shares, of ``laid`` numbers (n,) that are 1, 2, … ``REACH`` apart, (REACH,)."""
     pairs = np.zeros(REACH)
-    for step in range(1, REACH + 1):  # places are distinct: two that are 3 apart have at most 2 between them
+    for step in range(1, REACH + 1):  # numbers are distinct: two that are 3 apart have at most 2 between them
         apart = laid[step:] - laid[:-step]
-        pairs += np.bincount(apart[apart <= REACH], minlength=REACH + 1)[1:]
+        near = apart <= REACH
+        pairs += np.bincount(apart[near], (share[step:] * share[:-step])[near], minlength=REACH + 1)[1:]
     return pairs
 
 
-def reach(rows: Rows, levels: int) -> NDArray[np.uint8]:
-    """Distance of each entry from the nearest one of its row ahead and behind, up to ``levels`` − 1 places, (nnz,).
+def reach(rows: Rows, levels: int, neighbours: Neighbours) -> NDArray[np.uint8]:
+    """Places ahead of and behind each entry that it is the nearest one of its row to, up to ``levels`` − 1, (nnz,).
 
-    The lowest ``SIDE`` bits are for ahead. A place amid two of its row's is the earlier one's.
+    The lowest ``SIDE`` bits are for ahead. A place amid two of its row's is the earlier one's. No entry reaches over a
+    gap.
     """
     none = np.int32(2 * rows.K)
     gap = np.full(len(rows.places) + 1, none)  # from the place before; there is none before a row's first
     np.subtract(rows.places[1:], rows.places[:-1], out=gap[1:-1])
+    first, last = neighbours.first[rows.places], neighbours.last[rows.places]
+    gap[:-1][np.append(True, first[1:] != first[:-1])[: len(first)]] = none  # one beyond a gap takes no place from it
     gap[rows.pointers] = none
-    ahead = np.minimum(np.minimum(gap[1:] // 2, rows.K - 1 - rows.places), levels - 1)
-    behind = np.minimum(np.minimum((gap[:-1] - 1) // 2, rows.places), levels - 1)
+    ahead = np.minimum(np.minimum(gap[1:] // 2, last - rows.places), levels - 1)
+    behind = np.minimum(np.minimum((gap[:-1] - 1) // 2, rows.places - first), levels - 1)
     both: NDArray[np.uint8] = (ahead | behind << SIDE).astype(np.uint8)
     return both
 

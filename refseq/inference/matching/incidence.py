@@ -11,6 +11,11 @@ from scipy import sparse
 from refseq.inference.matching.columns import Rows
 
 
+def sensor_of(key: str) -> str:
+    """The sensor of an extractor by its key, ``feature/sensor``; a sensor's name may have slashes, as topics have."""
+    return key.partition("/")[2]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class IncidenceMatrix:
     """N binary features by K places, packed: for each feature the places where it was seen.
@@ -106,7 +111,7 @@ class IncidenceMatrix:
         """Each sensor's rows: the blocks of the extractors ("feature/sensor") that use it."""
         by_sensor: dict[str, tuple[range, ...]] = {}
         for key, block in self.blocks.items():
-            sensor = key.rpartition("/")[2]
+            sensor = sensor_of(key)
             by_sensor[sensor] = (*by_sensor.get(sensor, ()), block)
         return by_sensor
 
@@ -141,6 +146,12 @@ class IncidenceMatrix:
         """The rows of one extractor, packed; its places are not copied."""
         block = self.blocks[key]
         return Rows(self.pointers, self.places, self.K).between(block.start, block.stop)
+
+    def zeros_and_ones(self, block: range) -> sparse.csr_array:
+        """The rows of a block for sums over them, (len(block), K)."""
+        first, last = self.pointers[block.start], self.pointers[block.stop]
+        pointers = self.pointers[block.start : block.stop + 1] - first
+        return sparse.csr_array((np.ones(last - first), self.places[first:last], pointers), shape=(len(block), self.K))
 
     def rows(self, ids: NDArray[np.intp]) -> NDArray[np.bool_]:
         """The rows of some features, unpacked: (len(ids), K)."""

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 from scipy.special import entr, logsumexp, xlogy
 
 from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.inference.matching.neighbours import Neighbours
 
 LN2 = math.log(2)
 
@@ -57,7 +57,7 @@ def feature_information(matrix: IncidenceMatrix, block: range, noise: Noise = NO
     """
     p, q = noise.detection, noise.false_alarm
     s = matrix.sightings(block) / matrix.K
-    bits = _coin(s * p + (1 - s) * q) - s * _coin(p) - (1 - s) * _coin(q)
+    bits = coin_entropy(s * p + (1 - s) * q) - s * coin_entropy(p) - (1 - s) * coin_entropy(q)
     return np.maximum(bits, 0.0)  # a rounding error must not make it negative
 
 
@@ -75,20 +75,23 @@ def column_information(matrix: IncidenceMatrix, *blocks: range) -> Information:
     return Information(limit - float(sizes @ np.log2(sizes)) / matrix.K, limit)
 
 
-def neighbour_noise(matrix: IncidenceMatrix, block: range) -> Noise:
+def neighbour_noise(matrix: IncidenceMatrix, block: range, neighbours: Neighbours | None = None) -> Noise:
     """Rates at which a block's features are seen again at the next place, as if it were the same place later.
 
     The one estimate that a map gives by itself. It knows nothing of another light, and takes for noise what the robot's
-    own motion changes. Half a sighting is added to either side, so that no rate is 0 or 1 for want of places.
+    own motion changes. ``neighbours`` tell of gaps, over which no place is the next one. Half a sighting is
+    added to either side, so that no rate is 0 or 1 for want of places.
     """
     first, last = matrix.pointers[block.start], matrix.pointers[block.stop]
     places = matrix.places[first:last].astype(np.int64)
     rows = np.repeat(np.arange(len(block)), matrix.sightings(block))
+    beside = neighbours or Neighbours.even(matrix.K)
+    starts = beside.first[places]
     # Places rise within a row, so that the next place, if the feature is there as well, is the next entry.
-    again = int(((np.diff(rows) == 0) & (np.diff(places) == 1)).sum())
-    there = int((places < matrix.K - 1).sum())
-    new = int((places > 0).sum()) - again
-    absent = len(block) * max(0, matrix.K - 1) - there
+    again = int(((np.diff(rows) == 0) & (np.diff(places) == 1) & (np.diff(starts) == 0)).sum())
+    there = int((places < beside.last[places]).sum())
+    new = int((places > starts).sum()) - again
+    absent = len(block) * (matrix.K - beside.stretches) - there
     return Noise((again + 0.5) / (there + 1), (new + 0.5) / (absent + 1))
 
 
@@ -137,11 +140,7 @@ class _Block:
     """The features of one extractor as a channel: from a place to what is seen there, and back."""
 
     def __init__(self, matrix: IncidenceMatrix, block: range, noise: Noise) -> None:
-        first, last = matrix.pointers[block.start], matrix.pointers[block.stop]
-        self._rows = sparse.csr_array(
-            (np.ones(last - first), matrix.places[first:last], matrix.pointers[block.start : block.stop + 1] - first),
-            shape=(len(block), matrix.K),
-        )
+        self._rows = matrix.zeros_and_ones(block)
         self._columns = self._rows.tocsc()
         self._there = np.diff(self._columns.indptr)
         self._noise = noise
@@ -168,7 +167,7 @@ def _posterior(log_likelihoods: Sequence[NDArray[np.float64]]) -> NDArray[np.flo
     return posterior
 
 
-def _coin(p: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def coin_entropy(p: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """Entropy of a coin that falls on one side with probability p [bits]."""
     bits: NDArray[np.float64] = (entr(p) + entr(1 - np.asarray(p))) / LN2
     return bits

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from refseq.inference.matching.detection import REACH, Detection
+from refseq.inference.matching.detection import Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.inference.matching.neighbours import REACH, Neighbours
 
 CELLS = 1 << 16
 """Cells by which scores are brought into a rough order before each is looked for; no result follows it."""
@@ -150,14 +151,14 @@ class LogRatioModel:
     def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: LogRatioSettings) -> None:
         self._K, self._blind = matrix.K, settings.blind
         chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
-        columns = matrix.columns_of(chosen)
+        columns, neighbours = matrix.columns_of(chosen), Neighbours.of(along)
         self._blocks: dict[str, tuple[Detection, Calibration]] = {}
         self._elsewhere: dict[str, NDArray[np.float32]] = {}
         self._powers: dict[frozenset[str], float] = {}
         for key, block in matrix.blocks.items():
             if np.isin(matrix.sightings(block), (0, matrix.K)).all():
                 continue  # the same at all places, it tells none from another
-            model = Detection(matrix.block(key))
+            model = Detection(matrix.block(key), neighbours)
             views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
             scores = _elsewhere(model, views, along, settings)
             calibration = Calibration(scores)

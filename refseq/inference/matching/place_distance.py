@@ -15,19 +15,24 @@ from numpy.typing import NDArray
 
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.information import Noise, neighbour_noise
+from refseq.inference.matching.neighbours import Neighbours
 
 SAMPLE = 200
 """Pairs of places far apart that the scale is taken from: the median of so many moves by a few per cent at most."""
 
 
 class PlaceDistances:
-    """Symmetric distances of the places of one matrix, as shares of what tells places far apart from each other."""
+    """Symmetric distances of the places of one matrix, as shares of what tells places far apart from each other.
 
-    def __init__(self, matrix: IncidenceMatrix) -> None:
+    ``neighbours`` tell which places lie beside each other, by whom the rates of features are learnt.
+    """
+
+    def __init__(self, matrix: IncidenceMatrix, neighbours: Neighbours | None = None) -> None:
         self.columns: Sequence[NDArray[np.intp]] = matrix.columns()
         self._weights = np.zeros(matrix.N)
         for block in matrix.blocks.values():
-            self._weights[block.start : block.stop] = nats_a_difference(neighbour_noise(matrix, block))
+            noise = neighbour_noise(matrix, block, neighbours)
+            self._weights[block.start : block.stop] = nats_a_difference(noise)
         self._scale = self._far()
 
     def nats(self, one: int, other: int) -> float:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from refseq.dead_reckoning import reckoned_poses
 from refseq.features.walls import WallSettings, find_lines
+from refseq.inference.paths import usual_step
 from refseq.map.paths.legs import Leg, legs_of
 from refseq.planar import Pose, wrap
 from refseq.view import Scan, View
@@ -68,7 +69,7 @@ def led_behaviours(views: Sequence[View]) -> tuple[str, ...]:
     walls = [_walls(leg, views, poses, along) for leg in legs]
     told: list[list[str]] = [[] for _ in views]
     view = 0
-    for at, words in _moves(legs, walls, poses[0].heading, float(np.median(np.diff(along)))):
+    for at, words in _moves(legs, walls, poses[0].heading, usual_step(along)):
         # A corner may lie farther along the leg before it than along the one behind it: their order stays.
         view = max(view, min(int(np.searchsorted(along, at, side="right")), len(along) - 1) - 1)
         told[view].append(f"{words}@{at - along[view]:.2f}")

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from refseq.belief import Belief
+from refseq.inference.matching.incidence import sensor_of
 from refseq.inference.matching.log_ratio import log_calibrated, with_more
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
@@ -91,10 +92,10 @@ class UsualViews:
     def _against(self, measured: Measurement) -> NDArray[np.float64]:
         """Sum over the blocks of what speaks against each place, (K,), 0 or more."""
         against = np.zeros(len(measured.likelihood))
-        if len({key.partition("/")[2] for key in measured.by_block}) < FEWEST:
+        if len({sensor_of(key) for key in measured.by_block}) < FEWEST:
             return against
         for key, ratios in measured.by_block.items():
-            sensor = key.partition("/")[2]
+            sensor = sensor_of(key)
             noise = _noise(measured.noise, sensor)
             usual = [
                 one.brought[key]

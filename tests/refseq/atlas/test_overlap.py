@@ -1,6 +1,6 @@
 """The parts of what makes an overlap, against what can be counted out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import pytest
@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.atlas.overlap import SHORT_JOINS, LaidViews, OverlapSettings, PairSearch, most_beyond, told_by
-from refseq.atlas.similarity import translated, view_similarity
+from refseq.atlas.similarity import Translation, translated, view_similarity
+from refseq.belief import Timings
 from refseq.errors import MapError
+from refseq.map.matcher import Measurement
 from refseq.map.profile import BEST
 from tests.refseq.walks import Town
 
@@ -37,6 +39,31 @@ def test_what_is_told_is_the_mean_of_both_ways() -> None:
     expected = [(there[i, j] + back[j, i]) / 2 for i, j in pairs]
     assert told("camera", pairs) == pytest.approx(expected)
     assert expected[0] > 0.5 > 0 > expected[1]
+
+
+class _Likelihoods(Translation):
+    """Views whose likelihoods of places are given, (K, L), as a mixture tells them."""
+
+    def __init__(self, likelihoods: np.ndarray) -> None:
+        object.__setattr__(self, "likelihoods", likelihoods)
+
+    def measurements(self, *, sensors: Sequence[str] | None = None, seed: int = 0) -> Iterator[Measurement]:
+        return (Measurement(one, 0.5, Timings()) for one in self.likelihoods)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("view", [0, 5, 11])
+def test_one_view_that_a_place_takes_wholly_cuts_no_overlap_in_two(view: int) -> None:
+    """Its likelihood of all other places may be 0 to the last bit; that is no certainty."""
+    likelihoods = np.full((12, 12), 0.02 / 11) + np.eye(12) * 0.9
+    certain = likelihoods.copy()
+    certain[view] = np.eye(12)[view - 3]
+    one, other = _Likelihoods(certain), _Likelihoods(likelihoods)
+    pairs = np.column_stack([np.arange(12)] * 2)
+    nats = told_by(one, other)("camera", pairs)
+    assert np.isfinite(nats).all()
+    assert nats[view] < nats[view - 1]
+    assert most_beyond(np.delete(nats, view), 0.0) == slice(0, 11)
+    assert most_beyond(nats, 0.0) == slice(0, 12)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from refseq.belief import LOST, Stage
 from refseq.fault import FaultKind
 from refseq.map.guard import SensorGuard
 from refseq.map.learning import learn
-from refseq.map.localiser import Localiser
+from refseq.map.localiser import Localiser, smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher
 from refseq.map.tracking.trackers import tracker_for
@@ -51,12 +51,32 @@ def test_a_robot_whose_only_sensor_is_ill_is_lost_until_it_is_well():
     assert found[-1].lost < 0.5
 
 
+def test_in_hindsight_views_tell_of_their_faults_too():
+    """Of a stuck laser's views those before it was well again are where later views put them."""
+    stuck = from_view(QUERY, START, lambda view, last: replace(view, scan=last.scan))
+    healed = [*stuck[: START + 6], *QUERY[START + 6 :]]
+    on_the_way, hindsight = beliefs(healed), smoothed(learnt(), healed)
+    assert [belief.faults for belief in hindsight] == [belief.faults for belief in on_the_way]
+    ill = [k for k, belief in enumerate(hindsight) if belief.faults]
+    assert ill
+    assert all(hindsight[k].lost < 0.5 and abs(hindsight[k].best - k) <= 1 for k in ill)
+
+
+def test_in_hindsight_a_robot_that_never_sees_again_is_lost_as_on_the_way():
+    stuck = from_view(QUERY, START, lambda view, last: replace(view, scan=last.scan))
+    on_the_way, hindsight = beliefs(stuck), smoothed(learnt(), stuck)
+    blind = [k for k, belief in enumerate(on_the_way) if belief.faults]
+    assert blind[-1] == len(stuck) - 1
+    assert all(hindsight[k].lost == 1.0 and hindsight[k].path[-1] == LOST for k in blind)
+    assert all(not belief.faults and belief.lost < 0.5 for belief in hindsight[: blind[0]])
+
+
 def test_ill_odometry_has_no_part_in_the_motion():
     guard = SensorGuard(learnt())
     doubled = from_view(QUERY, START, lambda view, _: replace(view, distance=2 * view.distance, turn=2 * view.turn))
     for view in doubled[: START + 4]:
         (measured,) = guard.match(view)
-    assert [fault.kind for fault in guard.faults] == [FaultKind.DOUBLED]
+    assert [fault.kind for fault in guard.guarded.faults] == [FaultKind.DOUBLED]
     assert np.isnan(measured.distance)
     assert view.sensors == {LASER}
 

@@ -66,6 +66,12 @@ def test_a_single_extractor_is_not_summed_up_twice() -> None:
     assert [one.name for one in summaries(lasers, np.random.default_rng(0))] == ["walls/laser", "boundary/laser", "all"]
 
 
+def test_cameras_named_as_topics_are_summed_up_apart() -> None:
+    sizes = {"sift/front/left": 4, "dense/front/left": 4, "sift/rear/left": 4}
+    matrix = IncidenceMatrix.from_columns([{key: np.array([k]) for key in sizes} for k in range(4)], sizes)
+    assert [one.name for one in summaries(matrix, np.random.default_rng(0))] == [*sizes, "front/left", "all"]
+
+
 def test_the_features_that_tell_the_most_come_first(house: IncidenceMatrix) -> None:
     everything = {
         f"{key} {number}": bits

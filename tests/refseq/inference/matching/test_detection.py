@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from refseq.inference.matching.columns import Rows
-from refseq.inference.matching.detection import LEAST, PRIOR, RATES, REACH, Detection, covisibility, reach, spread
+from refseq.inference.matching.detection import LEAST, PRIOR, RATES, Detection, covisibility, reach, spread
+from refseq.inference.matching.neighbours import REACH, Neighbours
 
 quick = settings(derandomize=True)
 small_matrices = st.tuples(st.integers(0, 7), st.integers(1, 12)).flatmap(lambda shape: arrays(np.bool_, shape))
@@ -167,7 +168,7 @@ def test_in_a_short_drive_too_only_places_far_apart_show_what_chance_shares(K: i
 def test_each_place_near_a_row_s_is_reached_once_by_the_nearest_entry(seen: np.ndarray, levels: int) -> None:
     rows = Rows.from_dense(seen)
     found = np.full(seen.shape, levels)
-    for level, beside in spread(rows, reach(rows, levels), levels):
+    for level, beside in spread(rows, reach(rows, levels, Neighbours.even(rows.K)), levels):
         at = beside.numbers(), beside.places
         assert (found[at] == levels).all()
         found[at] = level
@@ -184,3 +185,65 @@ def test_ratios_of_some_places_are_those_of_all_to_the_last_bit(seed: int, count
     places = rng.permutation(120)[:count]
     some, every = found.log_ratios(ids, held_out, places), found.log_ratios(ids, held_out)
     np.testing.assert_array_equal(some, every[places])
+
+
+# --- gaps and stands ---
+
+
+def test_nothing_reaches_over_a_gap() -> None:
+    """Of 20 and 20 places 30 m apart each is reached by the nearest entry of its own stretch."""
+    levels, rows = REACH + 1, Rows.from_dense(STRETCHES)
+    neighbours = Neighbours.of(0.8 * np.r_[0:20, 60:80])
+    found = np.full(STRETCHES.shape, levels)
+    for level, beside in spread(rows, reach(rows, levels, neighbours), levels):
+        found[beside.numbers(), beside.places] = level
+    k = np.arange(40)
+    for row, places in zip(found, STRETCHES, strict=True):
+        at = np.flatnonzero(places)
+        away = np.abs(k[:, None] - at) + levels * ((k[:, None] < 20) != (at < 20))
+        np.testing.assert_array_equal(row, np.minimum(away.min(axis=1, initial=levels), levels))
+
+
+def test_a_view_before_a_gap_says_nothing_for_the_place_behind_it() -> None:
+    seen = stretches(np.random.default_rng(2), 4, K=60)[:, np.r_[0:20, 40:60]]  # the middle was given away
+    along, view = np.r_[0:20, 40:60].astype(float), np.flatnonzero(seen[:, 19])
+    ratios, by_number = (
+        Detection(Rows.from_dense(seen), Neighbours.of(along)).log_ratios(view),
+        model(seen).log_ratios(view),
+    )
+    assert by_number[20] > 50 > 0 > ratios[20]
+    assert ratios[19] > 50
+
+
+@pytest.mark.parametrize("gap_at", [1, 7, 19])
+def test_pairs_over_a_gap_are_far_apart(gap_at: int) -> None:
+    """Counted by hand over all pairs of places."""
+    rng = np.random.default_rng(gap_at)
+    since = np.arange(40) - rng.integers(-3, 40, (500, 1))
+    seen = (since >= 0) & (since < 4)
+    seen[:, gap_at:] = seen[:, gap_at:][:, ::-1]  # what lies behind the gap has nothing to do with what is before
+    stretch = np.arange(40) >= gap_at
+    along = np.arange(40) + 50.0 * stretch
+    shared, chances = np.zeros(REACH + 1), np.zeros(REACH + 1)
+    for j, k in ((j, k) for j in range(40) for k in range(40) if j != k):
+        near = stretch[j] == stretch[k] and abs(j - k) <= REACH
+        if near and k < j:
+            continue
+        slot = k - j - 1 if near else REACH
+        shared[slot] += np.count_nonzero(seen[:, j] & seen[:, k])
+        chances[slot] += np.count_nonzero(seen[:, j])
+    *near_share, chance = shared / chances
+    share = (np.array(near_share) - chance) / (1 - chance)
+    same = min(1.0, max(share[0] ** 2 / share[1], share[0]))
+    found = covisibility(Rows.from_dense(seen), Neighbours.of(along))
+    np.testing.assert_allclose(found, np.minimum.accumulate(np.r_[1, np.clip(share / same, 0, 1)]), atol=1e-12)
+
+
+@pytest.mark.parametrize("views", [1, 20, 300])
+def test_a_stand_does_not_change_how_features_fade(views: int) -> None:
+    """All views of a stand are of one place: their number tells nothing of what neighbours share."""
+    seen = stretches(np.random.default_rng(5), 4)
+    stood = np.insert(seen, np.full(views, 100), seen[:, 100:101], axis=1)
+    along = np.insert(np.arange(300.0), np.full(views, 100), 100.0)
+    found = covisibility(Rows.from_dense(stood), Neighbours.of(along))
+    np.testing.assert_allclose(found, covisibility(Rows.from_dense(seen)), atol=1e-12)

@@ -164,6 +164,21 @@ def test_rows_of_a_sensor_are_those_of_its_extractors() -> None:
     np.testing.assert_array_equal(matrix.sightings(range(14, 17)), [0, 0, 0])
 
 
+def test_a_block_as_zeros_and_ones_is_its_rows() -> None:
+    dense = np.random.default_rng(4).random((7, 5)) < 0.4
+    columns = [{"a": np.flatnonzero(column[:3]), "b": np.flatnonzero(column[3:])} for column in dense.T]
+    matrix = IncidenceMatrix.from_columns(columns, {"a": 3, "b": 4})
+    for key, rows in (("a", dense[:3]), ("b", dense[3:])):
+        np.testing.assert_array_equal(matrix.zeros_and_ones(matrix.blocks[key]).toarray(), rows)
+
+
+def test_sensors_whose_names_end_alike_after_a_slash_are_two() -> None:
+    """A camera may be named as its topic is."""
+    sizes = {"sift/front/left": 2, "dense/front/left": 1, "sift/rear/left": 3}
+    matrix = IncidenceMatrix.from_columns([{}], sizes)
+    assert matrix.sensors == {"front/left": (range(2), range(2, 3)), "rear/left": (range(3, 6),)}
+
+
 @pytest.mark.parametrize(
     ("pointers", "places", "message"),
     [

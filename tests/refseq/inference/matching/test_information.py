@@ -13,6 +13,7 @@ from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.information import (
     NOISELESS,
     Noise,
+    coin_entropy,
     column_information,
     feature_information,
     neighbour_noise,
@@ -20,6 +21,7 @@ from refseq.inference.matching.information import (
     proven_information,
     view_information,
 )
+from refseq.inference.matching.neighbours import Neighbours
 
 quick = settings(derandomize=True)
 matrices = st.tuples(st.integers(1, 5), st.integers(1, 5)).flatmap(lambda shape: arrays(np.bool_, shape))
@@ -66,6 +68,10 @@ def test_a_feature_tells_what_its_joint_table_says(dense: np.ndarray, noise: Noi
         assert 0 <= bits <= min(1, math.log2(len(row))) + 1e-12
 
 
+def test_a_coin_that_falls_either_way_has_a_bit() -> None:
+    np.testing.assert_allclose(coin_entropy(np.array([0.0, 0.5, 1.0, 0.25])), [0, 1, 0, 0.811278], atol=1e-6)
+
+
 def test_a_feature_of_half_of_the_places_tells_a_bit_and_a_constant_one_nothing() -> None:
     dense = np.array([[1, 1, 0, 0], [1, 1, 1, 1], [0, 0, 0, 0], [1, 0, 0, 0]], bool)
     np.testing.assert_allclose(feature_information(packed(dense), range(4)), [1, 0, 0, 0.811278], atol=1e-6)
@@ -83,6 +89,15 @@ def test_rates_of_neighbours_are_those_counted_by_hand(dense: np.ndarray, data: 
     found = neighbour_noise(packed(dense, split), range(split, len(dense)))
     assert found.detection == pytest.approx((sum(there) + 0.5) / (len(there) + 1))
     assert found.false_alarm == pytest.approx((sum(absent) + 0.5) / (len(absent) + 1))
+
+
+def test_rates_of_neighbours_count_no_pair_over_a_gap() -> None:
+    """Places 0 to 2 and 3 to 5 are 30 m apart: four pairs a feature are left of five."""
+    dense = np.array([[1, 1, 1, 1, 1, 1], [0, 0, 1, 1, 0, 0], [0, 0, 1, 0, 1, 1]], bool)
+    found = neighbour_noise(packed(dense), range(3), Neighbours.of(np.array([0.0, 1, 2, 32, 33, 34])))
+    # Seen again: 4 of 4 times, 0 of 1, 1 of 1; seen anew: 0 of 0 times, 1 of 3, 2 of 3.
+    assert found.detection == pytest.approx((5 + 0.5) / (6 + 1))
+    assert found.false_alarm == pytest.approx((3 + 0.5) / (6 + 1))
 
 
 @pytest.mark.parametrize("rates", [(1.1, 0.0), (0.5, -0.1), (math.nan, 0.0)])

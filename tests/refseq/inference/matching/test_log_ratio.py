@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.special import logsumexp
 
 from refseq.inference.matching.columns import Rows
-from refseq.inference.matching.detection import REACH, Detection
+from refseq.inference.matching.detection import Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.log_ratio import (
     Calibration,
@@ -22,6 +22,7 @@ from refseq.inference.matching.log_ratio import (
     unless_blind,
     with_more,
 )
+from refseq.inference.matching.neighbours import REACH
 
 quick = settings(derandomize=True)
 
