@@ -5,7 +5,7 @@ import math
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import Any
 
 from refseq.view import View
@@ -44,12 +44,14 @@ def fault_spans(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[
     """
     faults = sorted(_declared(metadata), key=lambda fault: float(fault["at"]))
     kidnaps = [fault for fault in faults if fault["kind"] == "kidnap"]
-    way = way_along(views, [(float(fault["at"]), float(fault["to"])) for fault in kidnaps])
+    carries = [(float(fault["at"]), float(fault["to"])) for fault in kidnaps]
+    way = way_along(views, carries)
+    reached = _reached(way, carries)
     carried = [
         FaultSpan(f"kidnap at {float(fault['at']):g} m", view, view, carried=True)
         for fault, view in zip(kidnaps, way.kidnapped, strict=False)
     ]
-    others = [_stretch(fault, views, way.along) for fault in faults if fault["kind"] != "kidnap"]
+    others = [_stretch(fault, views, way.along, reached) for fault in faults if fault["kind"] != "kidnap"]
     found = [*carried, *(one for one in others if one is not None)]
     return tuple(sorted(found, key=lambda one: one.first))
 
@@ -91,14 +93,25 @@ def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> 
     return RouteProgress(tuple(along), tuple(carried))
 
 
-def _stretch(fault: Mapping[str, Any], views: Sequence[View], along: Sequence[float]) -> FaultSpan | None:
+def _reached(way: RouteProgress, kidnaps: Sequence[tuple[float, float]]) -> list[float]:
+    """The farthest along the route that the robot came between each view and the one before [m]."""
+    reached = list(way.along)
+    for (start, _), view in zip(kidnaps, way.kidnapped, strict=False):
+        reached[view] = max(reached[view], start)
+    return reached
+
+
+def _stretch(
+    fault: Mapping[str, Any], views: Sequence[View], along: Sequence[float], reached: Sequence[float]
+) -> FaultSpan | None:
     """A fault that lasts a while, by its metres along the route, or by its seconds."""
     at, what = float(fault["at"]), _words(fault)
-    begin = next((t for t, way in enumerate(along) if way >= at), None)
+    begin = next((t for t, way in enumerate(reached) if way >= at), None)
     if begin is None:
         return None
     if "until" in fault:
-        inside = [t for t in range(begin, len(views)) if at <= along[t] < float(fault["until"])]
+        # It happens once: where the robot is carried out of its stretch, and passes it again, it is over.
+        inside = list(takewhile(lambda t: at <= along[t] < float(fault["until"]), range(begin, len(views))))
     else:
         # It began between two views, so that its time is counted from the one before; one view it meets at least.
         over = views[max(begin - 1, 0)].time + float(fault["seconds"])

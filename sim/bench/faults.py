@@ -134,8 +134,9 @@ class FaultSchedule:
     """The faults of a drive: looks how far the robot has come, begins what is due and ends what is over.
 
     Each fault happens once, also where the robot is carried back and passes its place again; those that it is carried
-    past do not happen. Faults that overlap add up: of two slicks under a wheel the slicker one counts. Raises
-    ``SimError`` for a fault that begins beyond the route's end, or that the robot cannot have.
+    past do not happen, and one whose stretch it is carried out of is over. Faults that overlap add up: of two slicks
+    under a wheel the slicker one counts. Raises ``SimError`` for a fault that begins beyond the route's end, or that
+    the robot cannot have.
     """
 
     def __init__(self, faults: Sequence[Fault], bench: "Bench", traveller: Traveller) -> None:
@@ -159,6 +160,7 @@ class FaultSchedule:
         if isinstance(fault, Kidnap):
             self._bench.place(self._traveller.carried(fault.to))
             self._coming = [other for other in self._coming if not _within(other, fault)]
+            self._running = [one for one in self._running if not _is_before(one[0], fault)]
         else:
             self._running.append((fault, self._bench.time))
 
@@ -176,6 +178,11 @@ def _within(fault: Fault, kidnap: Kidnap) -> bool:
     """True if all of a fault lies where a kidnapped robot is carried past."""
     end = fault.until if isinstance(fault, CameraBlack | LaserDazzled) else fault.at
     return kidnap.at <= fault.at < kidnap.to and end <= kidnap.to
+
+
+def _is_before(fault: Lasting, kidnap: Kidnap) -> bool:
+    """True if a kidnapped robot is set down before the stretch of a fault."""
+    return isinstance(fault, CameraBlack | LaserDazzled) and kidnap.to < fault.at
 
 
 def check_fault(fault: Fault, robot: "Robot", length: float) -> None:

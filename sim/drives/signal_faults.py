@@ -42,6 +42,9 @@ CAMERAS_OF = {
 }
 """Keys that name cameras, of the faults that have some."""
 
+SIGNAL_FAULT_STREAM = 41
+"""Keeps the faults' random numbers apart from those of drives, and of other faults, that have the same seed."""
+
 
 @dataclass(frozen=True, slots=True)
 class SignalFault:
@@ -94,7 +97,8 @@ def with_signal_faults(views: Iterable[View], faults: Sequence[SignalFault], see
     All begin and end by the way that the views told before any fault. Raises ``SimError`` for a sensor that a view
     lacks, and at the end for a fault that no view had.
     """
-    failing = [_Failing(fault, np.random.default_rng(seed + number)) for number, fault in enumerate(faults)]
+    rngs = [np.random.default_rng((SIGNAL_FAULT_STREAM, seed, number)) for number in range(len(faults))]
+    failing = [_Failing(fault, rng) for fault, rng in zip(faults, rngs, strict=True)]
     way = 0.0
     for view in views:
         way += abs(view.distance)

@@ -29,12 +29,17 @@ def train(
     robots: Annotated[int, typer.Option(help="So many at a time, each in a process of its own.")] = 4,
     seed: Annotated[int, typer.Option(help="Of episodes, of first weights, and of actions while learning.")] = 0,
     world: Annotated[list[str] | None, typer.Option(help="Learn in this one; may be repeated.")] = None,
-    held_out: Annotated[list[str] | None, typer.Option(help="Try it in this one; may be repeated.")] = None,
+    held_out: Annotated[
+        list[str] | None, typer.Option(help="Try it in this one, not learnt in; may be repeated.")
+    ] = None,
     episodes: Annotated[int, typer.Option(help="Try so many.")] = 16,
     taught: Annotated[int, typer.Option(help="In missions: imitate the executor in so many episodes first.")] = 0,
     at_least: Annotated[float | None, typer.Option(help="Exit with 1 below this margin over chance.")] = None,
 ) -> None:
-    """Learn a task with PPO; then what was learnt, chance, and going ahead play the same episodes in other worlds."""
+    """Learn a task with PPO; then what was learnt, chance, and going ahead play the same episodes, new to all of them.
+
+    They are in other worlds where it is learnt in corridors as drawn, or --held-out names some; else in the same ones.
+    """
     config = TrainingConfig(
         task, seconds, steps, robots, seed, tuple(world or ()), tuple(held_out or ()), episodes, taught
     )

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from refseq_bench.scenarios.campaign.declare.drivable import check_drive, check_signal_faults, named
+from refseq_bench.scenarios.campaign.declare.drive_seeds import added_seeds, check_apart
 from refseq_bench.scenarios.campaign.declare.expand import Values, expanded, put
 from refseq_bench.scenarios.campaign.declare.expectations import Expectation
 from refseq_bench.scenarios.campaign.declare.real_recordings import Images, Log
@@ -19,12 +20,13 @@ from refseq_bench.scenarios.campaign.declare.schema import (
     LogTable,
     Scenario,
     SourceTable,
+    is_drawn,
     kind_of,
 )
 from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for, schema_type_of
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.campaign.declare.validation_errors import first_error
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.library import LIBRARY
 from refseq_bench.scenarios.methods.chosen_on import refuse_chosen_on
@@ -40,8 +42,6 @@ EACH_SEED = "SEED"
 """Stands for the seed in a generated world's name."""
 ONLY_SEED = (1,)
 """Seeds by default where nothing is drawn from them."""
-FURTHER_SEEDS = 2 * QUERY_SEEDS
-"""Added to the seed for each further reference drive: neither the same drive as another, nor as a query."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +64,17 @@ class Case:
     @property
     def sides(self) -> tuple[str, ...]:
         """The keys of the references, and last of the query."""
-        return ("reference", *(f"further.{number}" for number in range(len(self.scenario.further))), "query")
+        return tuple(self.tables)
+
+    @property
+    def tables(self) -> dict[str, SourceTable]:
+        """What is declared of the references, and last of the query, by their keys."""
+        added = added_seeds(len(self.scenario.further))
+        return dict(zip(added, (*self.scenario.references, self.scenario.query), strict=True))
 
     def source(self, side: str, seed: int) -> Source:
         """The reference or query of a seed that is declared under a key."""
-        number = self.sides.index(side)
-        query = side == "query"
-        table = self.scenario.query if query else self.scenario.references[number]
-        own = seed + (QUERY_SEEDS if query else number * FURTHER_SEEDS)
+        table, own = self.tables[side], seed + added_seeds(len(self.scenario.further))[side]
         if isinstance(table, DriveTable):
             table = table.model_copy(update={"world": of_seed(table.world, seed)})
         return _source(table, own, self.scenario.limits.steps, self.file)
@@ -255,6 +258,13 @@ def check_drawn(case: Case) -> None:
         )
 
 
+def check_drives_apart(case: Case) -> None:
+    """Raise ``ScenarioError`` for seeds, with those for training, whose drives would draw the same random numbers."""
+    scenario, added = case.scenario, added_seeds(len(case.scenario.further))
+    drawn = {side: added[side] for side, table in case.tables.items() if is_drawn(table)}
+    check_apart((*scenario.seeds, *scenario.training_seeds), drawn)
+
+
 def check_judged(scenario: Declared) -> None:
     """Raise ``ScenarioError`` where the method that is judged does not run: a page would tell of nobody."""
     if scenario.judged not in scenario.methods:
@@ -285,6 +295,7 @@ def _check(case: Case, checked: set[str]) -> None:
             "parameter was chosen"
         )
     check_drawn(case)
+    check_drives_apart(case)
     check_chosen_elsewhere(case)
     for side in case.sides:
         with named(side):

@@ -5,7 +5,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from refseq_bench.scenarios.campaign.declare.cases import Case, check_chosen_elsewhere, check_drawn, check_judged
+from refseq_bench.scenarios.campaign.declare.cases import (
+    Case,
+    check_chosen_elsewhere,
+    check_drawn,
+    check_drives_apart,
+    check_judged,
+)
 from refseq_bench.scenarios.campaign.declare.drivable import named
 from refseq_bench.scenarios.campaign.declare.expectations import about
 from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, SourceTable
@@ -99,6 +105,7 @@ def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
     for case in found:
         with named(case.name):
             check_drawn(case)
+            check_drives_apart(case)
         check_chosen_elsewhere(case)
     return found
 

@@ -174,9 +174,19 @@ def share_of(share: "Proportion") -> str:
 
 def leave_below(found: "Sequence[StageResult]", at_least: float | None) -> None:
     """Leave with 1 when the last stage is right less often than asked [%]."""
-    if at_least is None or not found:
-        return
-    success = next(iter(found[-1].success.values()))
-    if not success.trials or 100 * success.value < at_least:
-        say(err, f"below what was asked: {share_of(success)}, at least {at_least:g} %")
+    leave_any_below({"": found}, at_least)
+
+
+def leave_any_below(experiments: "Mapping[str, Sequence[StageResult]]", at_least: float | None) -> None:
+    """Leave with 1 when the last stage of any of the named experiments is right less often than asked [%]."""
+    last = {name: next(iter(found[-1].success.values())) for name, found in experiments.items() if found}
+    below = {} if at_least is None else {name: one for name, one in last.items() if _is_below(one, at_least)}
+    for name, success in below.items():
+        where = f"{name}: " if name else ""
+        say(err, f"{where}below what was asked: {share_of(success)}, at least {at_least:g} %")
+    if below:
         raise typer.Exit(1)
+
+
+def _is_below(success: "Proportion", at_least: float) -> bool:
+    return not success.trials or 100 * success.value < at_least

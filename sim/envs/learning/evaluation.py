@@ -27,6 +27,8 @@ PLAYERS = ("learnt", "random", "ahead")
 EXECUTOR = "executor"
 """In missions a fourth: the Tactical layer (``ExecutorPolicy``)."""
 CONFIDENCE = 0.95
+ACTION_STREAM = 43
+"""Keeps the random player's numbers apart from those that draw the episode, which come from the same seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,10 +101,16 @@ def _player(name: str, policy: Path, env: gym.Env[Any, Any], seed: int) -> Playe
         learner = stable_baselines().PPO.load(policy, device="cpu")
         return lambda seen, _: learner.predict(seen, deterministic=True)[0]
     if name == "random":
-        actions.seed(seed)
-        return lambda _seen, _info: actions.sample()
+        return random_player(env, seed)
     ahead: Any = np.array([1.0, 0.0], np.float32) if isinstance(actions, spaces.Box) else 0
     return lambda _seen, _info: ahead
+
+
+def random_player(env: gym.Env[Any, Any], seed: int) -> Player:
+    """A player of any action at any time, whose ``seed`` may be the episode's."""
+    actions = env.action_space
+    actions.seed(int(np.random.SeedSequence((ACTION_STREAM, seed)).generate_state(1)[0]))
+    return lambda _seen, _info: actions.sample()
 
 
 def returns(episodes: tuple[EvaluationEpisode, ...]) -> Mapping[str, NDArray[np.float64]]:

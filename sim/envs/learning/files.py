@@ -67,8 +67,9 @@ def curve(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[Evaluat
     figure = Figure(figsize=(10, 4), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     returned = np.array([one.returned for one in learnt.practice])
-    _draw(left, np.array([one.steps for one in learnt.practice]), returned, learnt.steps, episodes)
-    _draw(right, np.array([one.seconds for one in learnt.practice]), returned, learnt.seconds, episodes)
+    where = "other worlds" if config.tried_elsewhere else "same worlds, other episodes"
+    _draw(left, np.array([one.steps for one in learnt.practice]), returned, learnt.steps, episodes, where)
+    _draw(right, np.array([one.seconds for one in learnt.practice]), returned, learnt.seconds, episodes, where)
     left.set(xlabel="steps of all robots", ylabel="return of an episode")
     right.set(xlabel="time [s]")
     figure.suptitle(f"{TASKS[config.task]}, {config.robots} robots, seed {config.seed}")
@@ -77,18 +78,23 @@ def curve(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[Evaluat
 
 
 def _draw(
-    axes: Axes, when: NDArray[Any], returned: NDArray[np.float64], end: float, episodes: tuple[EvaluationEpisode, ...]
+    axes: Axes,
+    when: NDArray[Any],
+    returned: NDArray[np.float64],
+    end: float,
+    episodes: tuple[EvaluationEpisode, ...],
+    where: str,
 ) -> None:
     played = returns(episodes)
     low, high = np.quantile(played["random"], [0.05, 0.95])
-    axes.axhspan(low, high, color=CHANCE, alpha=0.3, label="random, other worlds: 90 % of episodes")
-    axes.axhline(played["ahead"].mean(), color=PLAIN, linestyle="--", label="always ahead, other worlds: mean")
+    axes.axhspan(low, high, color=CHANCE, alpha=0.3, label=f"random, {where}: 90 % of episodes")
+    axes.axhline(played["ahead"].mean(), color=PLAIN, linestyle="--", label=f"always ahead, {where}: mean")
     if EXECUTOR in played:
         axes.axhline(played[EXECUTOR].mean(), color=TACTICAL, linestyle=":", label="the executor: mean")
     axes.plot(when, returned, ".", color=LEARNT, alpha=0.5, markersize=5, label="an episode learnt from")
     if len(returned) >= RUNNING:
         means = np.convolve(returned, np.full(RUNNING, 1 / RUNNING), "valid")
         axes.plot(when[RUNNING - 1 :], means, color=LEARNT, label=f"mean of the last {RUNNING}")
-    axes.plot(end, played["learnt"].mean(), "D", color="black", label="learnt, other worlds: mean")
+    axes.plot(end, played["learnt"].mean(), "D", color="black", label=f"learnt, {where}: mean")
     axes.set_xlim(left=0)
     axes.grid(alpha=0.3)

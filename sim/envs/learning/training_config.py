@@ -1,5 +1,6 @@
 """Configuration of a training: a task, for how long, and the worlds of its evaluation."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,17 +8,19 @@ from typing import Any
 import gymnasium as gym
 
 from refseq_bench.sim.envs.learning.sectors import Sectors
-from refseq_bench.sim.envs.registry import CORRIDORS, IDS
+from refseq_bench.sim.envs.registry import IDS
 from refseq_bench.sim.errors import SimError
 
 TASKS = {name.removeprefix("refseq/").removesuffix("-v0"): name for name in IDS}
 """Tasks that can be learnt, by the ids' middle parts."""
 HELD_OUT = tuple(f"corridor:{seed}" for seed in range(100, 108))
 """Corridors that nobody learns in. Tasks elsewhere are tried where they were learnt, in episodes of their own."""
+CORRIDOR = re.compile(r"corridor:\d+")
+"""A corridor as it is drawn; those with dials are of another kind than ``HELD_OUT``."""
 MISSIONS = "Mission"
 """The task that the missions' executor plays, too."""
 FIRST_TRIED = 1_000_000
-"""The seed of the first episode that is tried; learners are seeded with smaller ones."""
+"""The seed of the first episode that is tried; episodes to learn from, or to imitate, have smaller ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +30,8 @@ class TrainingConfig:
     It ends after ``seconds`` by the clock, start-up counted in, or after ``steps`` of all robots together, rounded up
     to what is learnt from at once, whichever comes first. Robot i is seeded with ``seed`` + i. ``worlds`` are learnt
     in, those of the task itself where none are given; so many ``episodes`` are then tried in the worlds of ``held_out``
-    by turns. In missions the policy first imitates the executor in so many episodes, ``taught``; ``steps`` may be 0
-    then. Raises ``SimError`` for values that cannot be.
+    by turns, none of which is learnt in. In missions the policy first imitates the executor in so many episodes,
+    ``taught``, seeded from ``seed`` on; ``steps`` may be 0 then. Raises ``SimError`` for values that cannot be.
     """
 
     task: str
@@ -57,8 +60,24 @@ class TrainingConfig:
                 raise SimError(f"{name} = {getattr(self, name)} is not valid; valid are {least} or more")
         if self.taught and self.task != MISSIONS:
             raise SimError(f"taught = {self.taught} is not valid for {self.task}: the executor plays {MISSIONS} alone")
-        if self.seed + self.robots > FIRST_TRIED:
-            raise SimError(f"seed = {self.seed} is not valid; valid are 0 to {FIRST_TRIED - self.robots}")
+        self._check_apart()
+
+    def _check_apart(self) -> None:
+        """Raise ``SimError`` where something that is tried is learnt from as well."""
+        for name in ("robots", "taught"):
+            count = getattr(self, name)
+            if self.seed + count > FIRST_TRIED:
+                raise SimError(
+                    f"seed = {self.seed}, {name} = {count}: episodes from seed {FIRST_TRIED} on are tried; valid is "
+                    f"seed + {name} up to {FIRST_TRIED}"
+                )
+        # Where none are held out, and it is no drawn corridor, other episodes are tried in the same worlds.
+        both = [world for world in self.tried_in if world in self.learnt_in]
+        if both and (self.held_out or self.tried_in == HELD_OUT):
+            raise SimError(
+                f"worlds {', '.join(both)}: are learnt in, and would be tried in; valid are others to learn in, or "
+                "others as held_out"
+            )
 
     @property
     def learnt_in(self) -> tuple[str, ...]:
@@ -71,7 +90,12 @@ class TrainingConfig:
         """The worlds that it is tried in."""
         if self.held_out:
             return self.held_out
-        return HELD_OUT if set(self.learnt_in) <= set(CORRIDORS) else self.learnt_in
+        return HELD_OUT if all(map(CORRIDOR.fullmatch, self.learnt_in)) else self.learnt_in
+
+    @property
+    def tried_elsewhere(self) -> bool:
+        """It is tried in worlds that nobody learnt in."""
+        return not {*self.tried_in} & {*self.learnt_in}
 
 
 def check_worlds(config: TrainingConfig) -> None:

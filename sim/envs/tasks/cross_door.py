@@ -19,6 +19,11 @@ NEAR, FAR, ASIDE, TURNED = 1.5, 2.0, 0.4, math.radians(25)
 
 From there the behaviour that crosses doors was measured."""
 
+BESIDE = 1.5
+"""Behind a wall but farther beside its door's axis than this [m], a robot is not behind that door; a choice.
+
+A robot that is through has room to turn within it; a larger one would take in what came round the wall."""
+
 
 @dataclass(frozen=True, slots=True)
 class DoorwayPlace:
@@ -47,6 +52,11 @@ class DoorwayPlace:
         behind = float(offset @ self.through)
         return behind, float(abs(self.through[0] * offset[1] - self.through[1] * offset[0]))
 
+    def is_behind(self, pose: Pose, far: float) -> bool:
+        """True if a pose is ``far`` behind the wall's face [m] or farther, and behind this door, not beside it."""
+        behind, aside = self.seen_from(pose)
+        return behind >= far and aside <= BESIDE
+
 
 class ThroughDoor(Episode):
     """Reward: the metres by which the way to the other side has become shorter since the last step.
@@ -64,9 +74,8 @@ class ThroughDoor(Episode):
         return math.hypot(min(behind, 0.0), aside) + self._far - min(max(behind, 0.0), self._far)
 
     def reached(self, situation: Situation) -> bool:
-        """True if the robot's tail is out of the wall."""
-        behind, _ = self._doorway.seen_from(situation.pose)
-        return behind >= self._far
+        """True if the robot's tail is out of the wall, behind this door."""
+        return self._doorway.is_behind(situation.pose, self._far)
 
 
 class CrossDoorTask(Task):

@@ -82,8 +82,7 @@ class BehindDoor(MissionGoal):
 
     def reached(self, situation: Situation) -> bool:
         """True if the robot is behind this door, and no other."""
-        behind, aside = self.doorway.seen_from(situation.pose)
-        return behind >= self.far and aside <= WITHIN
+        return self.doorway.is_behind(situation.pose, self.far)
 
 
 def goal_of(plan: Plan, truth: TrueWay, ground: TaskGround) -> MissionGoal:

@@ -1,12 +1,18 @@
 import json
 import math
+from dataclasses import asdict
 
 import numpy as np
 import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
 
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.scoring.fault_spans import FaultSpan, fault_spans, way_along
+from refseq_bench.scenarios.scoring.recovery import JUMP
+from refseq_bench.sim.bench.faults import CameraBlack, Kidnap
+from tests.sim.bench.test_faults import Course, agenda_of
 
 
 def drive(xs: list[float], distances: list[float] | None = None) -> list[View]:
@@ -41,10 +47,41 @@ def test_after_a_kidnap_the_way_goes_on_from_where_the_robot_was_set_down(to: fl
     way = way_along(views, [(5.4, to)])
     assert way.kidnapped == (6,)
     assert np.allclose(way.along, xs)
-    black = {"kind": "laser-dazzled", "at": to + 1.0, "until": to + 3.0, "bearing": 0.0, "width": 180.0}
-    found = fault_spans(views, told(black, {"kind": "kidnap", "at": 5.4, "to": to}))
+    light = {"kind": "laser-dazzled", "at": to + 1.0, "until": to + 3.0, "bearing": 0.0, "width": 180.0}
+    found = fault_spans(views, told(light, {"kind": "kidnap", "at": 5.4, "to": to}))
+    # The robot that is carried back met the lamp before, and each fault happens once.
+    met = (7, 8) if to > 5.4 else (2, 3)
     assert FaultSpan("kidnap at 5.4 m", 6, 6, carried=True) in found
-    assert any(one.label.startswith("laser dazzled") and one.last == 8 for one in found)
+    assert FaultSpan(f"laser dazzled from {to + 1:g} m", *met) in found
+
+
+on_views = st.integers(0, 24).map(lambda half: half / 2)
+between_views = on_views.map(lambda way: way + 0.25)
+
+
+@given(st.tuples(between_views, between_views).filter(lambda pair: pair[0] < pair[1]), on_views, on_views)
+@example((3.25, 5.25), 4.0, 1.0)
+@example((3.25, 5.25), 5.0, 1.0)
+@example((3.75, 5.25), 4.0, 1.0)
+@example((3.25, 5.25), 4.0, 8.0)
+def test_views_of_a_stretch_are_those_that_the_schedule_made_dark(
+    stretch: tuple[float, float], at: float, to: float
+) -> None:
+    """Drive a stand-in in half metres, a view each, through a covered camera and a kidnap."""
+    assume(at > 0 and abs(to - at) > JUMP + 1)
+    faults = [CameraBlack(*stretch, "camera-1"), Kidnap(at, to)]
+    course, xs, dark = Course(length=20.0), [0.0], []
+    agenda = agenda_of(course, faults)
+    for view in range(60):
+        agenda.look()
+        xs[view] = course.progress
+        dark += [view] if course.covered else []
+        course.progress += 0.5
+        xs.append(course.progress)
+    views = drive(xs[:60], [0.0, *[0.5] * 59])
+    spans = fault_spans(views, told(*map(asdict, faults)))
+    found = [view for span in spans if not span.carried for view in range(span.first, span.last + 1)]
+    assert found == dark
 
 
 def test_what_no_view_met_is_left_out() -> None:

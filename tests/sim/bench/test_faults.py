@@ -409,14 +409,36 @@ def test_a_kidnap_back_over_another_fault_does_not_begin_it_again() -> None:
     assert covered == list(range(covered[0], covered[-1] + 1)), "the second time past it is not dark"
 
 
-def test_a_kidnap_out_of_another_fault_ends_it_only_where_it_leads_beyond_its_end() -> None:
-    for to, dark in ((1.0, True), (2.9, True), (3.0, False), (8.0, False)):
-        course = Course()
-        agenda = agenda_of(course, [CameraBlack(2.0, 3.0, "camera-1"), Kidnap(2.5, to)])
-        for course.progress in (2.2, 2.6):
-            agenda.look()
-        assert course.progress == to
-        assert ("camera-1" in course.covered) is dark
+@pytest.mark.parametrize(("to", "ill"), [(1.0, False), (2.0, True), (2.9, True), (3.0, False), (8.0, False)])
+def test_a_kidnap_out_of_another_fault_ends_it_for_good(to: float, ill: bool) -> None:
+    course = Course()
+    agenda = agenda_of(course, [CameraBlack(2.0, 3.0, "camera-1"), LaserDazzled(2.0, 3.0), Kidnap(2.5, to)])
+    for course.progress in (2.2, 2.6):
+        agenda.look()
+    assert course.progress == to
+    assert (course.covered == {"camera-1"}, len(course.dazzled) == 1) == (ill, ill)
+    if not ill:
+        course.progress = 2.5
+        agenda.look()
+        assert (course.covered, course.dazzled) == (set(), ())
+
+
+def test_a_robot_that_rolls_back_a_little_has_not_left_a_fault() -> None:
+    course = Course()
+    agenda = agenda_of(course, [CameraBlack(2.0, 3.0, "camera-1")])
+    for course.progress in (2.01, 1.99):
+        agenda.look()
+        assert course.covered == {"camera-1"}
+
+
+def test_wheels_that_slip_do_so_for_their_time_wherever_the_robot_is_carried() -> None:
+    course = Course()
+    agenda = agenda_of(course, [WheelSlip(2.0, 5.0), Kidnap(2.5, 1.0)])
+    slipping = []
+    for course.progress, course.time in ((2.2, 0.0), (2.6, 3.0), (1.5, 6.0)):
+        agenda.look()
+        slipping.append(course.slipping["left"] is not None)
+    assert slipping == [True, True, False]
 
 
 def test_what_the_robot_is_carried_past_does_not_happen() -> None:

@@ -119,6 +119,16 @@ def test_the_same_seed_makes_the_same_views():
     np.testing.assert_array_equal(one.images["camera-1"], other.images["camera-1"])
 
 
+def test_each_fault_of_each_seed_draws_numbers_of_its_own():
+    cameras = ("camera-1", "camera-2")
+    both = [SignalFault(SignalFaultKind.CAMERA_BLANK, camera=camera) for camera in cameras]
+    first = [next(iter(with_signal_faults(VIEWS, both, seed))) for seed in range(3)]
+    noise = {view.images[camera].tobytes() for view in first for camera in cameras}
+    shape = VIEWS[0].images["camera-1"].shape
+    assert len(noise) == 6
+    assert np.random.default_rng(1).integers(0, 4, shape, dtype=np.uint8).tobytes() not in noise, "a drive's numbers"
+
+
 def test_what_cannot_be_is_refused():
     with pytest.raises(SimError, match="a fault of camera 'top': a view has none; valid are camera-1, camera-2"):
         faulty(SignalFaultKind.CAMERA_FROZEN, camera="top")

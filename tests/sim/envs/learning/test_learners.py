@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import refseq_bench.sim.envs
-from refseq_bench.sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
+from refseq_bench.sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, random_player, returns
 from refseq_bench.sim.envs.learning.files import curve, table
 from refseq_bench.sim.envs.learning.ppo import Practice, TrainedPolicy, learn
 from refseq_bench.sim.envs.learning.sectors import Sectors
@@ -191,3 +191,32 @@ def test_the_curve_holds_every_episode() -> None:
         assert np.asarray(dots.get_xdata())[-1] == last
         assert len(np.asarray(dots.get_ydata())) == 30
         assert np.asarray(means.get_ydata())[0] == pytest.approx(5.5)  # of 1 to 10
+
+
+@pytest.mark.parametrize(("world", "where"), [("rooms:0", "same worlds, other episodes"), ("rooms:1", "other worlds")])
+def test_the_legend_tells_where_the_players_played(world: str, where: str) -> None:
+    episodes = tuple(EvaluationEpisode(player, world, i, i - 3.0, 9, False) for player in PLAYERS for i in range(4))
+    held_out = () if world == "rooms:0" else (world,)
+    config = TrainingConfig("CrossDoor", worlds=("rooms:0",), held_out=held_out)
+    legend = curve(config, TrainedPolicy((), 3000, 45.0), episodes).axes[0].get_legend()
+    assert legend is not None
+    said = [text.get_text() for text in legend.get_texts()]
+    assert [text for text in said if f", {where}: " in text] == [text for text in said if " world" in text]
+    assert len([text for text in said if " world" in text]) == 3
+
+
+class NoEpisode(gym.Env[int, np.ndarray]):
+    """Has actions, and numbers to draw an episode from."""
+
+    action_space = gym.spaces.Box(-1, 1, (2,), np.float64)
+
+
+def test_random_actions_are_not_the_numbers_that_draw_the_episode() -> None:
+    firsts = []
+    for seed in (1_000_000, 1_000_000, 1_000_001):
+        env = NoEpisode()
+        env.reset(seed=seed)
+        act = random_player(env, seed)
+        firsts.append([act(None, {}).tolist() for _ in range(4)])
+        assert firsts[-1] != env.np_random.uniform(-1, 1, (4, 2)).tolist()
+    assert firsts[0] == firsts[1] != firsts[2]

@@ -8,8 +8,9 @@ import pytest
 from refseq.belief import belief_from
 from refseq.planar import Pose
 from refseq_bench.robots.robot import Shape
-from refseq_bench.sim.envs.tasks.cross_door import FAR, NEAR, CrossDoorTask
+from refseq_bench.sim.envs.tasks.cross_door import BESIDE, FAR, NEAR, CrossDoorTask, DoorwayPlace
 from refseq_bench.sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridorTask
+from refseq_bench.sim.envs.tasks.mission_goal import BehindDoor
 from refseq_bench.sim.envs.tasks.reach_place import FARTHEST, NEAREST, ReachPlaceTask
 from refseq_bench.sim.envs.tasks.recover import HERE, SURE, RecoverTask, belief_in
 from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Situation, TaskGround
@@ -79,6 +80,18 @@ def test_through_a_door_means_the_tail_is_out_of_the_wall() -> None:
     assert episode.begin(at(-1.5, 0.0)) == pytest.approx(1.5 + thick + SHAPE.behind)
     assert not episode.judge(at(thick + SHAPE.behind - 0.01, 0.0)).success
     assert episode.judge(at(thick + SHAPE.behind + 0.01, 0.0)).success
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_who_came_round_the_wall_is_not_through_the_door(side: int) -> None:
+    """And neither is a mission that is to end behind it done: both ask the same."""
+    doorway, episode = DoorwayPlace.of(GROUND.plan, GROUND.plan.door[0]), begun(CrossDoorTask())
+    episode.begin(at(-1.5, 0.0))
+    behind = doorway.deep + SHAPE.behind + 0.5
+    goal = BehindDoor(doorway.middle, doorway, doorway.deep + SHAPE.behind)
+    for aside, through in ((BESIDE + 0.01, False), (6.0, False), (BESIDE - 0.01, True)):
+        there = at(behind, side * aside)
+        assert (episode.judge(there).success, goal.reached(there)) == (through, through)
 
 
 def test_the_way_through_a_door_leads_to_its_middle_first() -> None:

@@ -1,0 +1,45 @@
+"""``refseq demo`` judges all that it was asked to drive."""
+
+from collections.abc import Sequence
+from itertools import permutations
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from tests.scenarios.conftest import Refseq
+
+RIGHT = {"noon": 95, "18:00": 99, "late-evening": 10}
+"""Right answers of 100 in each light."""
+
+
+@pytest.fixture
+def driven(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A demo of which the drives are done: each light is as right as ``RIGHT``."""
+    scenarios = "refseq_bench.scenarios"
+
+    def compared(demo: SimpleNamespace, *_: object) -> list[SimpleNamespace]:
+        return [SimpleNamespace(name=light) for light in demo.lights for _ in demo.seeds]
+
+    def judged(same: Sequence[SimpleNamespace]) -> list[SimpleNamespace]:
+        return [SimpleNamespace(success={"1.5 m": Proportion(RIGHT[same[0].name], 100)})]
+
+    monkeypatch.setattr(f"{scenarios}.cli.demo.run_demo", compared)
+    monkeypatch.setattr(f"{scenarios}.drives.evaluate.results", judged)
+    monkeypatch.setattr(f"{scenarios}.cli.workshop.print_results", lambda *_: None)
+
+
+@pytest.mark.usefixtures("driven")
+@pytest.mark.parametrize("lights", list(permutations(RIGHT)))
+@pytest.mark.parametrize(
+    ("at_least", "below"), [(5, ()), (90, ("late-evening",)), (96, ("noon", "late-evening")), (100, tuple(RIGHT))]
+)
+def test_at_least_is_asked_of_every_light_in_any_order(
+    refseq: Refseq, tmp_path: Path, lights: tuple[str, ...], at_least: int, below: tuple[str, ...]
+) -> None:
+    asked = [word for light in lights for word in ("--query-light", light)]
+    answer = refseq("demo", "-o", tmp_path / "demo", "--runs", 2, *asked, "--at-least", at_least)
+    told = [line for line in answer.err.splitlines() if "below what was asked" in line]
+    assert answer.code == int(bool(below))
+    assert [line.partition(": below")[0] for line in told] == [light for light in lights if light in below]
