@@ -33,7 +33,8 @@ class Measurement:
     where the matching does not tell; the likelihood is then the same but for a factor. ``log_average`` is the
     log-likelihood of the average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture
     alone. With ``again`` the robot has stood since the last view, and this one shows the same once more. ``by_block``
-    and ``power`` are those of the words' ``LogRatios``, ``noise`` is that of the view's pictures by camera [grey
+    and ``power`` are those of the words' ``LogRatios``, the former with what other blocks brought at the places that
+    they were asked about, NaN elsewhere; ``noise`` is that of the view's pictures by camera [grey
     levels]; both where the map's profile asks for usual views.
     """
 

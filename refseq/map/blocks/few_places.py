@@ -6,8 +6,9 @@ elsewhere looks like.
 """
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -41,15 +42,19 @@ class Block(Protocol):
     def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, counted through the map, (n,)."""
 
+    def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
+        """What ``UsualViews`` compares with other views' of the drive, by key, (n,) each: none, where there is none."""
+
 
 class FewPlaces:
     """Adds the log-likelihood ratios of some blocks to those of words, view by view.
 
-    Each block is asked for the places that the words alone, and the last belief, name: none follows from another.
+    Each block is asked for the places that the words alone, and the last belief, name: none follows from another. What
+    it brought there stands in ``Measurement.by_block`` where usual views are asked for, NaN at all other places.
     """
 
     def __init__(self, map_: Map, blocks: Sequence[Block]) -> None:
-        self._map = map_
+        self._map, self._asks_usual = map_, map_.profile.log_ratio.usual > 0
         # What is blind where words are is one product with them; a ratio of its own is multiplied behind it.
         self._blocks = sorted((block for block in blocks if block.most), key=lambda block: -block.blind)
 
@@ -60,14 +65,23 @@ class FewPlaces:
         if not asked or len(words) < len(measured):
             return list(measured)
         by_words = np.concatenate(words)
-        ratios = by_words.copy()
+        ratios, brought = by_words.copy(), dict[str, NDArray[np.float64]]()
         start = time.perf_counter()
         for block in asked:
             places = self._places(block.most, by_words, last, measured[0].distance)
             ratios[places] = with_more(ratios[places], block.told(places), block.blind)
-        parts = np.split(ratios, self._map.first[1:-1])
+            for key, told in block.brought(places).items() if self._asks_usual else ():
+                brought[key] = np.full(len(ratios), np.nan)
+                brought[key][places] = told
+        stretches = [slice(*bounds) for bounds in pairwise(self._map.first.tolist())]
         weighed = [
-            replace(one, log_ratio=part, likelihood=softmax(part)) for one, part in zip(measured, parts, strict=True)
+            replace(
+                one,
+                log_ratio=ratios[its],
+                likelihood=softmax(ratios[its]),
+                by_block={**one.by_block, **{key: told[its] for key, told in brought.items()}},
+            )
+            for one, its in zip(measured, stretches, strict=True)
         ]
         timings = weighed[0].timings
         spent = timings.matching + time.perf_counter() - start

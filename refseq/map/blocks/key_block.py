@@ -7,7 +7,7 @@ Keys that fit speak for a place, those that do not never against it (docs/decisi
 light than the map's most keys of a picture may be noise, which fits nowhere, the robot's own place among them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class KeyBlock:
 
     def take(self, view: Mapping[str, PictureKeys]) -> None:
         """Take the next view's keys, by camera."""
-        self._view, self._fits = view, dict[int, KeyFit]()
+        self._view, self._fits = view, dict[int, Mapping[str, KeyFit]]()
 
     @property
     def sees(self) -> bool:
@@ -57,14 +57,18 @@ class KeyBlock:
 
     def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,), 0 or more."""
-        cameras = frozenset(self._view)
-        if cameras not in self._calibrations:
-            self._calibrations[cameras] = self._calibration(cameras)
-        fits = [self._fit(place) for place in places.tolist()]
-        told = self._calibrations[cameras].log_ratios(np.array([score(fit) for fit in fits]))
-        told[[fit.matches < FEWEST for fit in fits]] = 0.0
+        fits = self._together(places, self._view)
         zoom = np.array([np.log(fit.scale) if fit.inliers else np.inf for fit in fits])
-        return shared(self.beside(places), np.maximum(told, 0.0), zoom)
+        return shared(self.beside(places), np.maximum(self._ratios(self._view, fits), 0.0), zoom)
+
+    def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
+        """Log ratios of the best fit beside each of some places, (n,), of each camera for itself, below 0 as well.
+
+        How well keys fit where the robot was, in the light that there is, the drive's own views tell.
+        """
+        beside = self.beside(places)
+        ratios = {camera: self._ratios([camera], self._together(places, [camera])) for camera in self._view}
+        return {f"keys/{camera}": np.where(beside, told, -np.inf).max(axis=1) for camera, told in ratios.items()}
 
     def beside(self, places: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Pairs of some places that are beside each other, (n, n)."""
@@ -73,17 +77,30 @@ class KeyBlock:
         beside &= sequences[:, None] == sequences
         return beside
 
-    def _fit(self, place: int) -> KeyFit:
-        """The view's keys laid on a place's, for all stages that ask."""
-        if place not in self._fits:
-            self._fits[place] = together(laid(self._map.keys(place), self._view))
-        return self._fits[place]
+    def _together(self, places: NDArray[np.intp], cameras: Collection[str]) -> list[KeyFit]:
+        """The view's keys laid on those of some places, by some cameras together; once, for all that ask."""
+        for place in places.tolist():
+            if place not in self._fits:
+                self._fits[place] = laid(self._map.keys(place), self._view)
+        return [together(_of(self._fits[place], cameras)) for place in places.tolist()]
 
-    def _calibration(self, cameras: frozenset[str]) -> Calibration:
+    def _ratios(self, cameras: Collection[str], fits: Sequence[KeyFit]) -> NDArray[np.float64]:
+        """Log-likelihood ratios of fits by some cameras, (n,): 0 where too few keys match."""
+        chosen = frozenset(cameras)
+        if chosen not in self._calibrations:
+            self._calibrations[chosen] = self._calibration(chosen)
+        ratios = self._calibrations[chosen].log_ratios(np.array([score(fit) for fit in fits]))
+        ratios[[fit.matches < FEWEST for fit in fits]] = 0.0
+        return ratios
+
+    def _calibration(self, cameras: Collection[str]) -> Calibration:
         """Scores of places elsewhere, by the keys of some cameras at the reference's own views."""
-        pairs = self._map.once(keys_elsewhere)
-        fits = [together({camera: fit for camera, fit in pair.items() if camera in cameras}) for pair in pairs]
+        fits = [together(_of(pair, cameras)) for pair in self._map.once(keys_elsewhere)]
         return Calibration(np.array([score(fit) for fit in fits if fit.matches >= FEWEST]))
+
+
+def _of(fits: Mapping[str, KeyFit], cameras: Collection[str]) -> dict[str, KeyFit]:
+    return {camera: fit for camera, fit in fits.items() if camera in cameras}
 
 
 def keys_elsewhere(map_: Map) -> list[dict[str, KeyFit]]:

@@ -1,6 +1,6 @@
 """The scan as evidence: laid on the scans of the few likeliest places (docs/decisions/0033-the-scan-as-a-scan.md)."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,11 @@ class ScanBlock:
         told -= np.square([self._off(place) / NEAR for place in places.tolist()]) / 2
         told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
         return told
+
+    def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
+        """Nothing: scans are compared with no others of the drive."""
+        del places
+        return {}
 
     def _off(self, place: int) -> float:
         """Distance along from a place to where the fit puts the robot [m]: neighbours see the same walls."""

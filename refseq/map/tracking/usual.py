@@ -5,12 +5,13 @@ place that is its own is not asked: in another light than the map's nobody knows
 it. Where the chain is sure of a view's place, what each block brought there is remembered. Of a later view, at each
 place, the share p of them that brought as little is a p-value against the place, and becomes a ratio by the calibrator
 that the others have (``refseq.inference.matching.log_ratio``). It only ever takes away: places that are not the robot's
-bring no more than before.
+bring no more than before. So are the fits of keys compared, at the places where keys were laid.
 
 A picture is compared with those of no less noise: a lamp that goes out is no way off the path. A sensor that is asked
 alone is not doubted so: a camera before a bare wall brings little anywhere, and nothing else tells that it is there.
 """
 
+import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -80,7 +81,8 @@ class UsualViews:
         if belief.places[self._map.with_twins(near)].sum() < SURE_NEAR:
             return
         one = measured[number]
-        brought = {key: float(ratios[best - low]) for key, ratios in one.by_block.items()}
+        told = {key: float(ratios[best - low]) for key, ratios in one.by_block.items()}
+        brought = {key: ratio for key, ratio in told.items() if not math.isnan(ratio)}
         self._last = _Usual(brought, one.noise)
 
     def _weighed(self, measured: Measurement) -> Measurement:
@@ -118,9 +120,10 @@ def _stands(measured: Measurement) -> bool:
 def too_little(usual: NDArray[np.float64], brought: NDArray[np.float64]) -> NDArray[np.float64]:
     """Log ratio against places at which a view ``brought`` (K,), by what is ``usual`` (n,) at the right ones; (K,).
 
-    Nothing speaks against a place at which it brought as much as most do.
+    Nothing speaks against a place at which it brought as much as most do, nor against one that was not asked, NaN.
     """
     shares = (1 + np.arange(len(usual) + 1)) / (len(usual) + 1)
     ratios = np.maximum(log_calibrated(shares), 0.0)
-    against: NDArray[np.float64] = ratios[np.searchsorted(np.sort(usual), brought, side="right")]
+    as_little = np.searchsorted(np.sort(usual), brought, side="right")  # of NaN all of them
+    against: NDArray[np.float64] = ratios[as_little]
     return against

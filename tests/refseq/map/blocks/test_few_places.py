@@ -21,21 +21,29 @@ WORDS, KEYS, SCAN = np.log([3.0, 0.1, 1.0]), np.log([50.0, 2.0, 1.0]), np.log([0
 
 @dataclass
 class Told:
-    """A block that tells the same of every view."""
+    """A block that tells the same of every view, and brought a tenth of that."""
 
     ratios: NDArray[np.float64]
     blind: float
     most: int = 3
+    key: str = ""
     sees: bool = True
 
     def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         return self.ratios[places]
 
+    def brought(self, places: NDArray[np.intp]) -> dict[str, NDArray[np.float64]]:
+        return {self.key: self.ratios[places] / 10} if self.key else {}
+
+
+def learnt(profile: str) -> Map:
+    walls = Scan(np.full(19, 3.0), -math.pi / 2, math.pi / 18, 8.0)
+    return learn([View(float(k), scan=walls, distance=0.85 * (k > 0)) for k in range(3)], profile=profile)
+
 
 @pytest.fixture(scope="module")
 def map_() -> Map:
-    walls = Scan(np.full(19, 3.0), -math.pi / 2, math.pi / 18, 8.0)
-    return learn([View(float(k), scan=walls, distance=0.85 * (k > 0)) for k in range(3)], profile="best")
+    return learnt("best")
 
 
 @pytest.mark.parametrize("first", ["keys", "scan"])
@@ -48,3 +56,15 @@ def test_a_ratio_of_its_own_is_multiplied_behind_what_is_blind_with_words(map_: 
     expected = (BLIND + (1 - BLIND) * np.exp(WORDS + KEYS)) * np.exp(SCAN)
     assert weighed.log_ratio is not None
     np.testing.assert_allclose(np.exp(weighed.log_ratio), expected)
+
+
+def test_what_blocks_brought_stands_beside_what_words_did_where_they_were_asked(map_: Map) -> None:
+    """One place is asked on the way, twice as many at a start: of others nobody knows."""
+    words = Measurement(np.ones(3) / 3, 0.85, Timings(), WORDS, by_block={"sift/camera": WORDS})
+    keys = Told(KEYS, BLIND, most=1, key="keys/camera")
+    (weighed,) = FewPlaces(map_, [keys]).weighed([words], None)
+    assert set(weighed.by_block) == {"sift/camera", "keys/camera"}
+    assert weighed.by_block["sift/camera"].tolist() == WORDS.tolist()
+    np.testing.assert_array_equal(weighed.by_block["keys/camera"], [KEYS[0] / 10, np.nan, KEYS[2] / 10])
+    unasked = FewPlaces(learnt("best+log_ratio.usual=0"), [keys]).weighed([words], None)
+    assert set(unasked[0].by_block) == {"sift/camera"}

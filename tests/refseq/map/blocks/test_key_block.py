@@ -193,6 +193,19 @@ def test_what_does_not_fit_speaks_against_no_place(asked: Map, block: KeyBlock, 
     assert np.median(block.told(np.arange(PLACES))) == 0
 
 
+def test_what_does_not_fit_is_less_than_is_usual(asked: Map, block: KeyBlock, views: list[View]) -> None:
+    """It speaks against no place by itself; to views of the drive whose keys did fit it is compared as it is."""
+    noise = np.random.default_rng(5).integers(0, 255, (240, 480)).astype(np.uint8)
+    places = np.arange(PLACES)
+    take(block, asked, replace(views[3], images={"camera": noise}))
+    (of_noise,) = block.brought(places).values()
+    take(block, asked, views[3])
+    ((key, fits),) = block.brought(places).items()
+    assert key == "keys/camera"
+    assert of_noise[3] < 0 < fits[3]
+    assert fits[3] == fits[1:6].max() == block.told(places)[3]  # neighbours share the best
+
+
 def test_places_elsewhere_average_little_more_than_one_on_another_drive(
     asked: Map, block: KeyBlock, views: list[View]
 ) -> None:

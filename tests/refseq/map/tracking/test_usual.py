@@ -78,6 +78,11 @@ def test_nothing_is_unusual_before_anything_was_seen_and_what_most_bring_never_i
     assert too_little(usual, np.array([-1.0]))[0] > 1.0
 
 
+def test_nothing_speaks_against_a_place_that_was_not_asked() -> None:
+    against = too_little(np.arange(100.0), np.array([np.nan, -1.0]))
+    assert against[0] == 0 < against[1]
+
+
 def test_in_another_corridor_the_robot_says_sooner_that_it_is_lost(maps: tuple[Map, Map]) -> None:
     drive = [*LATER[:LEFT], *ELSEWHERE[LEFT:]]
     plain, asking = (lost(chain(map_, drive)) for map_ in maps)
