@@ -6,7 +6,7 @@ The protocol is that of https://github.com/foxglove/ws-protocol; what the server
 
 import json
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -22,6 +22,8 @@ CLIENT_MESSAGE = struct.Struct("<BI")
 SERVER_MESSAGE = struct.Struct("<BIQ")
 MOST_CHANNELS = 256
 """The most channels that a client may tell of."""
+MOST_LETTERS = 256
+"""The most letters of a topic, an encoding or a schema's name."""
 
 
 class FoxgloveProtocolError(RefseqError):
@@ -105,19 +107,22 @@ def read_frame(frame: str | bytes) -> Frame | None:
     if isinstance(frame, bytes):
         return _message(frame)
     try:
-        told = json.loads(frame)
-        match told["op"]:
-            case "advertise":
-                return Advertise(tuple(_bounded(_channel(one) for one in told["channels"])))
-            case "unadvertise":
-                return Unadvertise(tuple(_bounded(_number(one) for one in told["channelIds"])))
-            case "subscribe":
-                pairs = ((_number(one["id"]), _number(one["channelId"])) for one in told["subscriptions"])
-                return Subscribe(tuple(_bounded(pairs)))
-            case "unsubscribe":
-                return Unsubscribe(tuple(_bounded(_number(one) for one in told["subscriptionIds"])))
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        return _control(_object(json.loads(frame), "the frame"))
+    except (ValueError, KeyError, RecursionError) as error:
         raise FoxgloveProtocolError(f"a frame is no control frame of the protocol: {_reason(error)}") from error
+
+
+def _control(told: Mapping[str, Any]) -> Frame | None:
+    match told["op"]:
+        case "advertise":
+            return Advertise(tuple(_channel(one) for one in _objects(told, "channels")))
+        case "unadvertise":
+            return Unadvertise(_numbers(told, "channelIds"))
+        case "subscribe":
+            items = _objects(told, "subscriptions")
+            return Subscribe(tuple((_number(one["id"], "id"), _number(one["channelId"], "channelId")) for one in items))
+        case "unsubscribe":
+            return Unsubscribe(_numbers(told, "subscriptionIds"))
     return None
 
 
@@ -135,26 +140,49 @@ def _message(frame: bytes) -> Message | None:
 
 
 def _channel(told: Mapping[str, Any]) -> ClientChannel:
-    return ClientChannel(_number(told["id"]), _text(told["topic"]), _text(told["encoding"]), _text(told["schemaName"]))
+    number = _number(told["id"], "id")
+    topic, encoding, schema = (_text(told[key], key) for key in ("topic", "encoding", "schemaName"))
+    return ClientChannel(number, topic, encoding, schema)
 
 
-def _number(value: object) -> int:
+def _number(value: object, key: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 1 << 32:
-        raise ValueError(f"{value!r} is no number of a channel")
+        raise ValueError(f"{key} is {_short(value)}; valid is a whole number from 0 to {(1 << 32) - 1}")
     return value
 
 
-def _text(value: object) -> str:
-    if not isinstance(value, str) or len(value) > 256:
-        raise ValueError(f"{value!r} is no name")
+def _text(value: object, key: str) -> str:
+    if not isinstance(value, str) or len(value) > MOST_LETTERS:
+        raise ValueError(f"{key} is {_short(value)}; valid is a text of at most {MOST_LETTERS} letters")
     return value
 
 
-def _bounded(items: Iterator[Any]) -> Iterator[Any]:
-    for count, item in enumerate(items):
-        if count >= MOST_CHANNELS:
-            raise ValueError(f"it lists more than {MOST_CHANNELS}")
-        yield item
+def _object(value: object, place: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise ValueError(f"{place} is {_short(value)}; valid is an object")
+    return value
+
+
+def _list(told: Mapping[str, Any], key: str) -> list[Any]:
+    items = told[key]
+    if not isinstance(items, list):
+        raise ValueError(f"{key} is {_short(items)}; valid is a list")
+    if len(items) > MOST_CHANNELS:
+        raise ValueError(f"{key} lists more than {MOST_CHANNELS}; it lists {len(items)}")
+    return items
+
+
+def _objects(told: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    return [_object(one, f"{key}[{place}]") for place, one in enumerate(_list(told, key))]
+
+
+def _numbers(told: Mapping[str, Any], key: str) -> tuple[int, ...]:
+    return tuple(_number(one, f"{key}[{place}]") for place, one in enumerate(_list(told, key)))
+
+
+def _short(value: object) -> str:
+    """A value as JSON has it, cut to fit a line."""
+    return json.dumps(value)[:60]
 
 
 def server_info(name: str, session: str) -> str:

@@ -121,6 +121,26 @@ def test_what_is_no_frame_is_one_line(frame: str | bytes) -> None:
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("frame", "reason"),
+    [
+        ("[1]", "the frame is [1]; valid is an object"),
+        ('{"op": "advertise", "channels": 5}', "channels is 5; valid is a list"),
+        ('{"op": "subscribe", "subscriptions": [3]}', "subscriptions[0] is 3; valid is an object"),
+        ('{"op": "unadvertise", "channelIds": [1, "a"]}', 'channelIds[1] is "a"; valid is a whole number from 0 to '),
+        ('{"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 1}]}', "id is -1; valid is a whole number"),
+        (
+            '{"op": "advertise", "channels": [{"id": 1, "topic": null, "encoding": "json", "schemaName": "x"}]}',
+            "topic is null; valid is a text of at most 256 letters",
+        ),
+    ],
+)
+def test_a_frame_s_wrong_value_is_told_with_its_key_and_what_is_valid(frame: str, reason: str) -> None:
+    with pytest.raises(FoxgloveProtocolError) as error:
+        read_frame(frame)
+    assert str(error.value).startswith(f"a frame is no control frame of the protocol: {reason}")
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -1.0])
 def test_lengths_and_times_are_numbers(value: float) -> None:
     with pytest.raises(RefseqError, match=r"distance .* is not valid; valid is a number of 0 or more"):

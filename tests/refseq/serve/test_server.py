@@ -261,7 +261,7 @@ def test_others_listen_and_a_second_robot_is_refused(serving: Serving) -> None:
     ("frame", "reason"),
     [
         ("{", "a frame is no control frame of the protocol"),
-        ('{"op": "advertise", "channels": [{"id": -1}]}', "-1 is no number of a channel"),
+        ('{"op": "advertise", "channels": [{"id": -1}]}', "id is -1; valid is a whole number from 0"),
         ("[" * 50_000, "a frame is no control frame of the protocol"),
         (b"\x07abc", "a binary frame of 4 bytes begins with 07; valid is 01"),
         (struct.pack("<BI", 1, 0) + b"no json", "topic /scan: is no foxglove.LaserScan"),
