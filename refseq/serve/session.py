@@ -10,7 +10,7 @@ import numpy as np
 
 from refseq.belief import Stage
 from refseq.errors import RefseqError
-from refseq.logs.pairing.stream import ClockSetBackError, ViewStream, topics_for
+from refseq.logs.pairing.stream import STANDSTILL, ClockSetBackError, ViewStream, topics_for
 from refseq.logs.source import NO_VALUE
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
@@ -134,6 +134,7 @@ class RobotSession:
             self._stream = stream
             views = stream.take(sample)
         self._tell_of_losses(stream)
+        self._tell_of_clocks(stream)
         return [*left, *(self._answer(view) for view in views)]
 
     def _tell_of_losses(self, stream: ViewStream) -> None:
@@ -142,6 +143,17 @@ class RobotSession:
         if stream.without_odometry:
             losses.append("views are left out: the odometry does not reach their times")
         self._tell_once(losses)
+
+    def _tell_of_clocks(self, stream: ViewStream) -> None:
+        """Note sensors that are not waited for, each silence once, and clocks that stand still."""
+        self._tell_once(
+            f"topic {topic}: silent for {seconds:.0f} s; it is not waited for until it sends again"
+            for topic, seconds in stream.silent.items()
+        )
+        self._tell_once(
+            f"topic {topic}: {STANDSTILL} messages in a row have the stamp {stamp:.3f} s; valid is one a stamp"
+            for topic, stamp in stream.standing.items()
+        )
 
     def _tell_once(self, losses: Iterable[str]) -> None:
         new = [loss for loss in losses if loss not in self._losses]

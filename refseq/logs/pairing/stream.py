@@ -2,8 +2,9 @@
 
 The rules are those of a log (``paired``, ``Trajectory.at``, ``Thinner``), over a window of the last samples. What
 differs, as the future is not known: the leading sensor and the tolerance come from the first samples; a moment is
-decided as soon as every sensor has told of a time behind it, or has kept silent for ``PATIENCE`` seconds; and of each
-transform the first alone is kept, which tells how a sensor is mounted.
+decided as soon as every sensor has told of a time behind it, or has kept silent for ``PATIENCE`` seconds (one that is
+silent for twice as long is not waited for until it sends again); and of each transform the first alone is kept, which
+tells how a sensor is mounted.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -31,6 +32,8 @@ PATIENCE = 1.0
 longer. A smaller number pairs less where the line stutters, a larger one answers later where a sensor has died."""
 FIRST_SAMPLES = 3
 """Samples of each topic from which its rate is taken; ``PATIENCE`` after the first sample those that came count."""
+STANDSTILL = 5
+"""Messages in a row with one stamp by which a topic's clock stands still; drivers send one twice now and then."""
 BACKWARD = 1.0
 """A stamp that lies so far before the last one of its topic begins a new drive [s]: the log that is played begins
 again, or the clock was set."""
@@ -61,7 +64,8 @@ class _Pace:
     """Choices made from the first samples.
 
     ``leading`` leads, others are paired within ``tolerance``, stand in for it if they are ``apart`` from its samples,
-    and are waited for with ``patience``; ``reach`` is that of odometry [s].
+    and are waited for with ``patience``; ``reach`` is that of odometry [s]. A sensor that is silent for its
+    ``silence``, topic → [s], is not waited for until it sends again.
     """
 
     leading: str
@@ -69,6 +73,7 @@ class _Pace:
     apart: float
     reach: float
     patience: float
+    silence: Mapping[str, float]
 
 
 @dataclass(slots=True)
@@ -121,6 +126,11 @@ class ViewStream:
         self.moments = self.late = self.without_odometry = 0
         self.damaged: dict[str, str] = {}
         """Topics with pictures that cannot be decoded, and why the first one cannot."""
+        self.silent: dict[str, float] = {}
+        """Topics that are not waited for, as they have sent nothing for so long [s]."""
+        self.standing: dict[str, float] = {}
+        """Topics of which ``STANDSTILL`` messages in a row had one stamp, and the last such stamp [s]."""
+        self._repeats = dict.fromkeys(self._window.samples, 0)
 
     def take(self, sample: Sample) -> list[View]:
         """Take the next sample; gives the views that are decided by it, their pictures decoded.
@@ -139,6 +149,7 @@ class ViewStream:
                 f"topic {sample.topic}: the stamp went back from {self._window.newest(sample.topic):.3f} to "
                 f"{sample.time:.3f} s"
             )
+        self._note_repeat(sample)
         if sample.time <= self._last and sample.topic != self._topics.odometry:
             self.late += 1
             return []
@@ -148,7 +159,10 @@ class ViewStream:
             self._base = sample.child
         self._pace = self._pace or self._paced(at_last=False)
         self._check_waiting()
-        return [] if self._pace is None else list(self._views(self._pace, at_last=False))
+        if self._pace is None:
+            return []
+        self._note_silence(sample, self._pace)
+        return list(self._views(self._pace, at_last=False))
 
     def mount_as(self, other: "ViewStream") -> None:
         """Take over where sensors are mounted from the stream of another drive: a robot tells it once."""
@@ -164,6 +178,20 @@ class ViewStream:
         assert isinstance(sample.content, tuple)
         self._tree.add([one for one in sample.content if not self._tree.hangs(one.child)], sample.time)
         self._base = self._base or next((name for name in BASES if name in self._tree.frames), "")
+
+    def _note_repeat(self, sample: Sample) -> None:
+        again = sample.time == self._window.newest(sample.topic)
+        self._repeats[sample.topic] = self._repeats[sample.topic] + 1 if again else 1
+        if self._repeats[sample.topic] == STANDSTILL:
+            self.standing[sample.topic] = sample.time
+
+    def _note_silence(self, sample: Sample, pace: _Pace) -> None:
+        """Give up sensors that are silent; odometry is waited for, as no view is without it."""
+        self.silent.pop(sample.topic, None)
+        for topic in self._topics.sensors.keys() - self.silent.keys():
+            silence = self._newest - max(self._first, self._window.newest(topic))
+            if silence > pace.silence[topic]:
+                self.silent[topic] = silence
 
     def _check_waiting(self) -> None:
         waiting = self._window.samples.values()
@@ -188,12 +216,15 @@ class ViewStream:
         tolerance = default_tolerance(stamps[leading]) if self._asked_tolerance is None else self._asked_tolerance
         odometry = self._topics.odometry
         step = period(self._window.times(odometry)) if odometry is not None else 0.0
+        patience = max(PATIENCE, 2 * period(stamps[leading]))
         return _Pace(
             leading,
             tolerance,
             max(period(stamps[leading]), 2 * tolerance),
             min(MOST_REACH, max(tolerance, step)),
-            max(PATIENCE, 2 * period(stamps[leading])),
+            patience,
+            # A sensor whose messages come just within the patience has sent nothing for that and a period of its own.
+            {one: patience + max(patience, 2 * period(self._window.times(one))) for one in self._topics.sensors},
         )
 
     def _slowest_step(self) -> float:
@@ -247,7 +278,8 @@ class ViewStream:
 
     def _reached(self, pace: _Pace) -> float:
         """The time that every topic has told of, or has kept silent on for too long [s]."""
-        return max(self._newest - pace.patience, min(self._window.newest(topic) for topic in self._window.samples))
+        heard = (self._window.newest(topic) for topic in self._window.samples if topic not in self.silent)
+        return max(self._newest - pace.patience, min(heard))
 
     def _placed(self, time: float, pace: _Pace) -> View | None:
         """The moment's motion since the one before; None where the odometry does not reach it."""

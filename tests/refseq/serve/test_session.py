@@ -104,6 +104,20 @@ def test_a_view_is_without_a_picture_that_is_damaged_and_it_is_told_once(map_: M
     assert lost.endswith("; a view is without its picture")
 
 
+def test_a_camera_that_stops_and_a_clock_that_stands_still_are_told_once(map_: Map, log: Path) -> None:
+    session, messages = RobotSession(map_, EACH), in_log(log)
+    numbers = told_of(session, messages)
+    cameras = [one for one in messages if one.schema == "foxglove.CompressedImage"]
+    stopped = cameras[-1].topic
+    first = next(number for number, one in enumerate(messages) if one.topic == stopped)
+    list(answered(session, numbers, [one for n, one in enumerate(messages) if one.topic != stopped or n == first]))
+    list(answered(session, numbers, [messages[-1]] * 8))
+    _, silent, standing = session.told()
+    assert silent.startswith(f"topic {stopped}: silent for ")
+    assert silent.endswith(" s; it is not waited for until it sends again")
+    assert standing.startswith(f"topic {messages[-1].topic}: 5 messages in a row have the stamp 110.000 s; ")
+
+
 def test_a_clock_that_goes_back_begins_a_drive_that_knows_nothing_of_the_last(
     map_: Map, log: Path, true: list[Belief]
 ) -> None:

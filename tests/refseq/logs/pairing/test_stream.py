@@ -153,6 +153,41 @@ def test_a_camera_that_dies_is_waited_for_no_longer_than_a_second() -> None:
     assert len([view for _, view in given if view.time > 3.1]) > 30
 
 
+def test_a_camera_that_dies_is_given_up_until_it_sends_again() -> None:
+    samples = [one for one in drive(2, 12.0, 0.1) if not 3 < one.time < 8 or "cam1" not in one.topic]
+    stream, silences = ViewStream(TOPICS, 0.0), {}
+    given = []
+    for one in samples:
+        given += [(one.time, view) for view in stream.take(one)]
+        silences |= {one.time: dict(stream.silent)}
+    heard = [time for time, silent in silences.items() if silent]
+    assert 4.9 < min(heard) < 5.3
+    assert 7.9 < max(heard) < 8.1
+    assert all(list(silent) == ["/cam1/image_raw"] for silent in silences.values() if silent)
+    assert max(now - view.time for now, view in given if 5.3 < now < 8) < 0.3
+    assert sum("cam1" in view.images for _, view in given if view.time > 8.2) > 30
+
+
+def test_a_sensor_that_comes_just_within_the_patience_is_never_given_up() -> None:
+    late = sorted(drive(2, 8.0), key=lambda one: one.time + 0.9 * ("cam1" in one.topic))
+    stream = ViewStream(TOPICS, 0.0)
+    views = [view for one in late for view in stream.take(one)]
+    assert not stream.silent
+    assert all("cam1" in view.images for view in views[3:])
+    assert len(views) > 60
+
+
+def test_a_clock_that_stands_still_is_told_and_a_stamp_sent_twice_is_not() -> None:
+    stream = ViewStream(TOPICS, 0.0)
+    for one in drive(5, 3.0):
+        stream.take(one)
+        stream.take(one)
+    assert not stream.standing
+    for _ in range(5):
+        stream.take(sample("/scan", 9.0, Scan(np.ones(3, np.float32))))
+    assert stream.standing == {"/scan": 9.0}
+
+
 def test_a_moment_of_which_nothing_else_was_seen_than_a_damaged_picture_is_no_view() -> None:
     cameras = StreamTopics({"/cam0/image_raw": "cam0"}, "/odom")
     samples = [one for one in drive(4, 3.0) if one.topic in ("/cam0/image_raw", "/odom")]
