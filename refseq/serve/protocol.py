@@ -16,6 +16,8 @@ from refseq.errors import RefseqError
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Names of the protocol, the newer first; both have the frames that are used here."""
 
+OPS = ("advertise", "unadvertise", "subscribe", "unsubscribe")
+"""Kinds of a client's control frames that are served."""
 MESSAGE = 1
 """Opcode of message data, in either direction."""
 CLIENT_MESSAGE = struct.Struct("<BI")
@@ -96,11 +98,18 @@ class Message:
     data: bytes
 
 
-Frame = Advertise | Unadvertise | Subscribe | Unsubscribe | Message
+@dataclass(frozen=True, slots=True)
+class Unserved:
+    """A request of a kind that is not served; ``op`` is its kind in JSON."""
+
+    op: str
 
 
-def read_frame(frame: str | bytes) -> Frame | None:
-    """A client's frame; None for one of a kind that is not served.
+Frame = Advertise | Unadvertise | Subscribe | Unsubscribe | Message | Unserved
+
+
+def read_frame(frame: str | bytes) -> Frame:
+    """Read a client's frame.
 
     Raises ``FoxgloveProtocolError`` for bytes that are none.
     """
@@ -112,7 +121,7 @@ def read_frame(frame: str | bytes) -> Frame | None:
         raise FoxgloveProtocolError(f"a frame is no control frame of the protocol: {_reason(error)}") from error
 
 
-def _control(told: Mapping[str, Any]) -> Frame | None:
+def _control(told: Mapping[str, Any]) -> Frame:
     match told["op"]:
         case "advertise":
             return Advertise(tuple(_channel(one) for one in _objects(told, "channels")))
@@ -123,14 +132,14 @@ def _control(told: Mapping[str, Any]) -> Frame | None:
             return Subscribe(tuple((_number(one["id"], "id"), _number(one["channelId"], "channelId")) for one in items))
         case "unsubscribe":
             return Unsubscribe(_numbers(told, "subscriptionIds"))
-    return None
+    return Unserved(_short(told["op"]))
 
 
 def _reason(error: Exception) -> str:
     return f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200].splitlines()[0]
 
 
-def _message(frame: bytes) -> Message | None:
+def _message(frame: bytes) -> Message:
     if len(frame) < CLIENT_MESSAGE.size or frame[0] != MESSAGE:
         raise FoxgloveProtocolError(
             f"a binary frame of {len(frame)} bytes begins with {frame[:1].hex() or 'nothing'}; valid is 01, the "

@@ -28,6 +28,7 @@ from refseq.errors import RefseqError
 from refseq.map.map import Map
 from refseq.serve.answers import BELIEF, CHANNELS, BeliefAnswer
 from refseq.serve.protocol import (
+    OPS,
     SUBPROTOCOLS,
     Advertise,
     FoxgloveProtocolError,
@@ -35,6 +36,7 @@ from refseq.serve.protocol import (
     StatusLevel,
     Subscribe,
     Unadvertise,
+    Unserved,
     Unsubscribe,
     advertise,
     message_data,
@@ -74,17 +76,24 @@ def _subprotocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprot
 
 @dataclass(eq=False)
 class _Listener:
-    """A connection, its subscriptions (number → channel), and what waits to be sent."""
+    """A connection, its subscriptions (number → channel), what waits to be sent, and what it was warned of."""
 
     connection: ServerConnection
     subscriptions: dict[int, int] = field(default_factory=dict)
     outbox: "asyncio.Queue[str | bytes]" = field(default_factory=lambda: asyncio.Queue(OUTBOX))
+    warned: set[str] = field(default_factory=set)
 
     def post(self, frame: str | bytes) -> None:
         """Have a frame sent; of too many the oldest goes."""
         if self.outbox.full():
             self.outbox.get_nowait()
         self.outbox.put_nowait(frame)
+
+    def warn(self, line: str) -> None:
+        """Tell the connection alone of something that is passed over, each once."""
+        if line not in self.warned and len(self.warned) < OUTBOX:
+            self.warned.add(line)
+            self.post(status(StatusLevel.WARNING, line))
 
     async def send(self) -> None:
         """Send what waits, until the connection ends."""
@@ -187,8 +196,12 @@ class BeliefServer:
         """Do what a frame asks for. Raises ``RefseqError`` for one that nothing can be made of."""
         match read_frame(frame):
             case Subscribe(subscriptions):
-                known = {channel.number for channel in CHANNELS}
+                known = {channel.number: channel.topic for channel in CHANNELS}
                 listener.subscriptions |= {number: channel for number, channel in subscriptions if channel in known}
+                for _, channel in subscriptions:
+                    if channel not in known:
+                        valid = ", ".join(f"{one} ({topic})" for one, topic in known.items())
+                        listener.warn(f"subscription to channel {channel}: there is none; valid are {valid}")
                 if len(listener.subscriptions) > OUTBOX:
                     raise FoxgloveProtocolError(f"more than {OUTBOX} subscriptions")
             case Unsubscribe(numbers):
@@ -205,6 +218,10 @@ class BeliefServer:
                 self._session.unadvertise(numbers)
             case Message(number, data) if listener is self._robot:
                 await self._localise(lambda: self._session.take(number, data))
+            case Message(number):
+                listener.warn(f"channel {number}: a message before channels are advertised is passed over")
+            case Unserved(op):
+                listener.warn(f"op {op}: is not served; valid are {', '.join(OPS)}")
 
     async def _localise(self, work: Callable[[], Sequence[BeliefAnswer]]) -> None:
         """Work beside the loop, so that others are served meanwhile; the robot is read on when it is done."""

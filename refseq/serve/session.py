@@ -94,13 +94,27 @@ class RobotSession:
             if len(self._channels) >= MOST_CHANNELS and one.number not in self._channels:
                 raise FoxgloveProtocolError(f"more than {MOST_CHANNELS} channels")
             try:
-                self._channels[one.number] = robot_channel(one)
+                channel = robot_channel(one)
             except FoxgloveProtocolError as error:
                 self._notes.append(str(error))
                 self._passed_over.add(one.number)
                 continue
+            self._note_twice(one)
+            self._channels[one.number] = channel
             if self._stream is not None:
                 self._notes.append(f"topic {one.topic}: told of after the first message; it is used in the next drive")
+
+    def _note_twice(self, one: ClientChannel) -> None:
+        """Note a channel that takes another's number or topic."""
+        for number, there in self._channels.items():
+            if number == one.number and there.topic != one.topic:
+                self._notes.append(
+                    f"channel {number}: advertised as {there.topic}, and now as {one.topic}, which counts"
+                )
+            if number != one.number and there.topic == one.topic:
+                self._notes.append(
+                    f"topic {one.topic}: channels {number} and {one.number} are both of it; both are read"
+                )
 
     def unadvertise(self, numbers: Iterable[int]) -> None:
         """Forget channels."""

@@ -20,6 +20,7 @@ from refseq.serve.protocol import (
     FoxgloveProtocolError,
     Message,
     Subscribe,
+    Unserved,
     Unsubscribe,
     advertise,
     message_data,
@@ -100,7 +101,7 @@ def test_client_frames_are_read() -> None:
     assert read_frame(json.dumps({"op": "subscribe", "subscriptions": pairs})) == Subscribe(((1, 2),))
     assert read_frame('{"op": "unsubscribe", "subscriptionIds": [1]}') == Unsubscribe((1,))
     assert read_frame(struct.pack("<BI", 1, 9) + b"data") == Message(9, b"data")
-    assert read_frame('{"op": "getParameters"}') is None
+    assert read_frame('{"op": "getParameters"}') == Unserved('"getParameters"')
 
 
 @pytest.mark.parametrize(
@@ -114,7 +115,7 @@ def test_client_frames_are_read() -> None:
 )  # fmt: skip
 def test_what_is_no_frame_is_one_line(frame: str | bytes) -> None:
     if frame == '{"op": []}':
-        assert read_frame(frame) is None
+        assert read_frame(frame) == Unserved("[]")
         return
     with pytest.raises(FoxgloveProtocolError) as error:
         read_frame(frame)

@@ -281,6 +281,21 @@ def test_what_is_wrong_is_told_and_ends_the_connection(serving: Serving, frame: 
     assert serving.process.poll() is None
 
 
+def test_frames_that_do_nothing_are_told_once_to_who_sent_them(serving: Serving) -> None:
+    robot = Robot(serving.address)
+    for _ in range(2):
+        robot.socket.send(struct.pack("<BI", 1, 5) + b"{}")
+        robot.socket.send('{"op": "subscribe", "subscriptions": [{"id": 9, "channelId": 99}]}')
+        robot.socket.send('{"op": "drive"}')
+    list(robot.received(0.5))
+    robot.close()
+    assert robot.notes == [
+        "channel 5: a message before channels are advertised is passed over",
+        "subscription to channel 99: there is none; valid are 1 (/belief), 2 (/belief_pose)",
+        'op "drive": is not served; valid are advertise, unadvertise, subscribe, unsubscribe',
+    ]
+
+
 def test_kinds_that_are_not_read_are_told(serving: Serving) -> None:
     robot = Robot(serving.address)
     robot.advertise([("/video", "protobuf", "foxglove.CompressedVideo"), ("/x", "cdr", "std_msgs/msg/String")])

@@ -156,6 +156,16 @@ def test_channels_of_other_kinds_and_late_ones_are_told_and_the_forgotten_are_pa
     assert session.end() == []
 
 
+def test_a_number_and_a_topic_that_are_advertised_twice_are_told(map_: Map) -> None:
+    session = RobotSession(map_, EACH)
+    session.advertise(ClientChannel(1, topic, "json", "foxglove.LaserScan") for topic in ("/a", "/a", "/b"))
+    session.advertise([ClientChannel(2, "/b", "json", "foxglove.LaserScan")])
+    assert session.told() == [
+        "channel 1: advertised as /a, and now as /b, which counts",
+        "topic /b: channels 1 and 2 are both of it; both are read",
+    ]
+
+
 def test_channels_are_bounded_over_all_frames(map_: Map) -> None:
     session = RobotSession(map_, EACH)
     many = [ClientChannel(number, f"/{number}", "json", "foxglove.LaserScan") for number in range(MOST_CHANNELS + 1)]
