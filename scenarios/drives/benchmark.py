@@ -9,7 +9,8 @@ from refseq.logs import Recording
 from refseq.view import View
 from refseq_bench.scenarios.datasets.ground_truth import GroundTruth, PictureTruth, ground_truth
 from refseq_bench.scenarios.datasets.layouts import dataset_pairs, is_dataset
-from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, check_all_views, read_drive
+from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
+from refseq_bench.scenarios.drives.left_out import check_all_views
 from refseq_bench.scenarios.drives.naming import pair_name
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import METHODS, answers_of_each

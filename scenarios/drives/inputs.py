@@ -3,12 +3,13 @@
 import logging
 import math
 import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from refseq_bench.scenarios.drives.left_out import views_left_out
 from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
 if TYPE_CHECKING:
@@ -151,25 +152,6 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     notes = {key: Path(name).name for key, name in given.items() if name is not None}
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
     return replace(recording, metadata={**recording.metadata, **notes, **unwhole, **views_left_out(recording)})
-
-
-LEFT_OUT = "left_out"
-"""Note of a drive some of whose views are gone with their damaged pictures, and of a map that is learnt from it."""
-
-
-def views_left_out(drive: "Recording") -> dict[str, str]:
-    """That note; none where all views are there, as those are that another sensor has seen."""
-    damaged = drive.findings.damaged if drive.findings else {}
-    told = [f"{sensor}: {len(those)}, the first {those[0]}" for sensor, those in damaged.items() if those]
-    return {LEFT_OUT: told[0]} if len(damaged) == len(told) == 1 else {}
-
-
-def check_all_views(metadata: Mapping[str, str], path: Path) -> None:
-    """Raise ``ScenarioError`` where views were left out: the right answers are numbers of pictures."""
-    if told := metadata.get(LEFT_OUT):
-        raise ScenarioError(
-            f"{path}: damaged pictures are left out ({told}), and the ground truth counts all; valid are whole ones"
-        )
 
 
 def load_map(path: Path) -> "Map":

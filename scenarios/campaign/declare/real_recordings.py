@@ -10,7 +10,7 @@ from refseq.logs import PairingOptions, Recording, open_log, plan_views
 from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
-from refseq_bench.scenarios.drives.inputs import check_all_views, views_left_out
+from refseq_bench.scenarios.drives.left_out import check_all_views, views_left_out
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
 

@@ -21,7 +21,6 @@ from refseq_bench.scenarios.cli.terminal.options import (
     grouped,
 )
 from refseq_bench.scenarios.drives.inputs import (
-    check_all_views,
     check_ending,
     check_output,
     load_map,
@@ -29,6 +28,7 @@ from refseq_bench.scenarios.drives.inputs import (
     stages,
     words,
 )
+from refseq_bench.scenarios.drives.left_out import check_all_views
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 

@@ -140,7 +140,6 @@ def test_an_address_or_a_token_that_is_none_is_refused(
         (("mission", MAP, "--to", "corridor:99"), "corridor:99"),
         (("robot", MAP, "--filmstrip", "1"), "--filmstrip: nobody stands by here; valid is refseq mission run"),
         (("robot", MAP), "the map does not tell its world; valid is to say it: --world"),
-        (("mission", MAP, "--from", "corridor:3"), "nobody says where to; valid is --to PATH:VIEW"),
         (("robot", MAP, "--from", "west:1", "--to", "corridor:3"), "path 'west' is unknown; valid are corridor"),
         (
             ("viewer", MAP, "--rrd", "x.rrd", "--serve", "9090"),

@@ -6,7 +6,8 @@ import cv2
 import pytest
 
 from refseq.errors import RefseqError
-from refseq_bench.scenarios.drives.inputs import DriveSelection, check_all_views, read_drive
+from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
+from refseq_bench.scenarios.drives.left_out import check_all_views
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.log_tools.checkup import check_log
 from refseq_bench.scenarios.log_tools.verdicts import Usability

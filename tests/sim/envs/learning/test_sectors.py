@@ -76,7 +76,10 @@ def test_one_world_is_given_by_its_name() -> None:
         ({"seconds": 0.0}, "seconds = 0.0 is not valid; valid are 1 or more"),
         ({"seconds": float("nan")}, "seconds = nan is not valid; valid are 1 or more"),
         ({"robots": 0}, "robots = 0 is not valid; valid are 1 or more"),
-        ({"seed": 999_999}, "seed = 999999 is not valid; valid are 0 to 999996"),
+        (
+            {"seed": 999_999},
+            "seed = 999999, robots = 4: episodes from seed 1000000 on are tried; valid is seed . robots up to 1000000",
+        ),
         ({"episodes": 1}, "episodes = 1 is not valid; valid are 2 or more"),
         ({"taught": 2}, "taught = 2 is not valid for FollowCorridor: the executor plays Mission alone"),
         ({"task": "Mission", "taught": -1}, "taught = -1 is not valid; valid are 0 or more"),
