@@ -105,7 +105,7 @@ class ZenohLink:
                 self._held.append(self._session.liveliness().declare_token(f"{ALIVE}/{role}"))
                 return
             time.sleep(AGAIN)
-        raise RefseqError(f"module {role!r}: one is there already; valid is one at a time")
+        raise RefseqError(f"module {str(role)!r}: one is there already; valid is one at a time")
 
     def _roles(self) -> list[str]:
         replies = self._session.liveliness().get(f"{ALIVE}/*", timeout=1.0)

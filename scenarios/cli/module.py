@@ -149,6 +149,8 @@ def mission(
     """Run a mission: the executor, which orders behaviours by what is believed, and print its log."""
     from refseq.modules.executor import MissionModule
 
+    if not timeout > 0:  # nor NaN
+        raise ScenarioError(f"--timeout {timeout:g} is not valid; valid is a time above 0 s")
     policy = access.policy
     map_, _, plan = compiled_mission(map_file, mission_text, start, goal, landmark)
     module = MissionModule(plan, len(map_), localised=not odometry, timeout=timeout, told=_told)

@@ -85,7 +85,7 @@ def _decoder(form: str) -> Any:
     try:
         import av
     except ImportError as error:
-        raise LogError("CompressedVideo needs PyAV; valid is the extra: pip install 'refseq-bench[video]'") from error
+        raise LogError("CompressedVideo needs PyAV; valid is the extra: pip install '.[video]' in a clone") from error
     made = av.CodecContext.create(CODECS[form], "r")
     made.thread_count = 1  # frame threads would hold pictures back
     made.options = {"max_pixels": str(int(PIXELS)), "flags": "low_delay"}

@@ -157,7 +157,7 @@ def _connected(address: str) -> ModuleType:
         import ray
     except ImportError:
         raise ScenarioError(
-            "--ray: Ray is not installed; valid is the extra of that name: pip install 'refseq-bench[ray]'"
+            "--ray: Ray is not installed; valid is the extra of that name: pip install '.[ray]' in a clone"
         ) from None
     _check_answers(address)
     try:

@@ -48,7 +48,7 @@ def stable_baselines() -> ModuleType:
         import stable_baselines3
     except ImportError:
         raise SimError(
-            "Stable-Baselines3 is not installed; valid is the extra rl: pip install 'refseq-bench[rl]'"
+            "Stable-Baselines3 is not installed; valid is the extra rl: pip install '.[rl]' in a clone"
         ) from None
     module: ModuleType = stable_baselines3
     return module

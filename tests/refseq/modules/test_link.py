@@ -10,6 +10,7 @@ from refseq.access.policy import LOOPBACK, AccessPolicy, random_token
 from refseq.errors import RefseqError
 from refseq.modules.link import opened, policy_for
 from refseq.modules.messages import Parts
+from refseq.modules.process import Role
 
 pytest.importorskip("zenoh")
 
@@ -38,7 +39,7 @@ def test_who_comes_late_hears_all_in_order() -> None:
             assert until(lambda: len(heard) == 51)
             assert until(lambda: roles.get("mission", False))
             with pytest.raises(RefseqError, match="module 'mission': one is there already; valid is one at a time"):
-                robot.join("mission")
+                robot.join(Role.MISSION)
         assert until(lambda: not roles["mission"])
     assert [parts[0] for parts in heard] == [("head", str(number).encode()) for number in range(51)]
 

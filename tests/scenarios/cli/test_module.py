@@ -138,6 +138,8 @@ def test_an_address_or_a_token_that_is_none_is_refused(
         (("mission", MAP, "--landmark", "LA3=2"), "--landmark goes with a mission of landmarks; "),
         (("mission", MAP, "--from", "west:1", "--to", "corridor:3"), "path 'west' is unknown; valid are corridor"),
         (("mission", MAP, "--to", "corridor:99"), "corridor:99"),
+        (("mission", MAP, "--timeout", "0"), "--timeout 0 is not valid; valid is a time above 0 s"),
+        (("mission", MAP, "--timeout", "nan"), "--timeout nan is not valid; valid is a time above 0 s"),
         (("robot", MAP, "--filmstrip", "1"), "--filmstrip: nobody stands by here; valid is refseq mission run"),
         (("robot", MAP), "the map does not tell its world; valid is to say it: --world"),
         (("robot", MAP, "--from", "west:1", "--to", "corridor:3"), "path 'west' is unknown; valid are corridor"),

@@ -228,7 +228,7 @@ def test_without_ray_the_extra_is_named(
     refseq: Refseq, file: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
-    assert "pip install 'refseq-bench[ray]'" in refused(refseq, file, "--cache", cache, "--ray", "10.0.0.1:6379")
+    assert "pip install '.[ray]' in a clone" in refused(refseq, file, "--cache", cache, "--ray", "10.0.0.1:6379")
 
 
 def test_a_cluster_has_its_own_workers(refseq: Refseq, file: Path, cache: Path) -> None:

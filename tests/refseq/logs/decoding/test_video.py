@@ -103,5 +103,5 @@ def test_without_the_extra_it_is_named(tmp_path: Path, monkeypatch: pytest.Monke
     with pytest.raises(LogError) as caught:
         read_recording(path)
     assert str(caught.value) == (
-        f"{path}: topic /cam/video: CompressedVideo needs PyAV; valid is the extra: pip install 'refseq-bench[video]'"
+        f"{path}: topic /cam/video: CompressedVideo needs PyAV; valid is the extra: pip install '.[video]' in a clone"
     )

@@ -135,7 +135,7 @@ def test_the_extra_is_named_where_it_is_missing(
         main()
     assert left.value.code == 2
     said = capsys.readouterr().err
-    assert said == "error: Stable-Baselines3 is not installed; valid is the extra rl: pip install 'refseq-bench[rl]'\n"
+    assert said == "error: Stable-Baselines3 is not installed; valid is the extra rl: pip install '.[rl]' in a clone\n"
     assert not list(tmp_path.iterdir())
 
 
