@@ -318,6 +318,8 @@ def _keywords() -> tuple[str, ...]:
 
 def _checked_worlds(world: str | Path | Sequence[str | Path], route: str, task: Task) -> tuple[str, ...]:
     """The names of the worlds; raises ``SimError`` where one of them or its route is unknown."""
+    if not isinstance(world, str | Path | Sequence):
+        raise SimError(f"world = {world!r:.60} is not valid: valid is a name, a floor plan's file, or several")
     names = tuple(map(str, (world,) if isinstance(world, str | Path) else world))
     if not names or (task.mapped and len(names) > 1):
         most = "one world, as there is one map" if task.mapped else "one or more"

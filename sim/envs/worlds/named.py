@@ -29,6 +29,8 @@ def plan_named(name: str) -> FloorPlan:
 
 def check_light(light: str) -> None:
     """Raise ``SimError`` for a light that there is not."""
+    if not isinstance(light, str):
+        raise SimError(f"light = {light!r:.60} is not valid: valid is a name or an hour, such as '16:00'")
     try:
         light_named(light)
     except WorldsError as error:

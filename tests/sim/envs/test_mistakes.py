@@ -23,6 +23,9 @@ ID = "refseq/FollowCorridorTwist-v0"
         ({"pixels": 84}, "pixels 84 without cameras is not valid"),
         ({"world": "/nowhere/plan.toml"}, r"/nowhere/plan\.toml: cannot be read: No such file or directory$"),
         ({"world": "halway"}, r"unknown world 'halway'.*, or rooms:FORM"),
+        ({"world": 3}, "world = 3 is not valid: valid is a name, a floor plan's file, or several"),
+        ({"light": None}, "light = None is not valid: valid is a name or an hour, such as '16:00'"),
+        ({"light": 18}, "light = 18 is not valid: valid is a name or an hour, such as '16:00'"),
     ],
 )
 def test_what_is_asked_for_wrongly_is_told_with_what_is_valid(asked: dict[str, object], message: str) -> None:
