@@ -33,8 +33,8 @@ class BatchEnv(VectorEnv[Arrays, Any, NDArray[Any]]):
         self, num_envs: int = 1, *, max_episode_steps: int | None = None, threads: int = 0, **made_with: Any
     ) -> None:
         for name, value, least in (("num_envs", num_envs, 1), ("threads", threads, 0)):
-            if value < least:
-                raise SimError(f"{name} = {value} is not valid; valid are {least} or more")
+            if not isinstance(value, int | np.integer) or value < least:
+                raise SimError(f"{name} = {value!r:.60} is not valid; valid are whole numbers from {least} on")
         if made_with.get("render_mode") == HUMAN:
             raise SimError("render mode 'human' is not valid for a batch of robots; valid is 'rgb_array', or gym.make")
         self.num_envs, self._longest = num_envs, max_episode_steps

@@ -93,8 +93,9 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._task = made_task(task, asked, _keywords())
         self._robot, self._light, self._route = robots.load(robot), light, route
         self._worlds = _checked_worlds(world, route, self._task)
-        if isinstance(cameras, str):
-            raise SimError(f"cameras {cameras!r} is not valid; valid is a list of names, as [{cameras!r}]")
+        if isinstance(cameras, str) or not isinstance(cameras, Sequence):
+            example = [cameras] if isinstance(cameras, str) else list(self._robot.cameras)[:1]
+            raise SimError(f"cameras {cameras!r:.60} is not valid; valid is a list of names, as {example}")
         if pixels is not None and not cameras:
             raise SimError(
                 f"pixels {pixels!r} without cameras is not valid; valid are cameras whose pictures are observed"
@@ -326,6 +327,6 @@ def _checked_worlds(world: str | Path | Sequence[str | Path], route: str, task: 
         raise SimError(f"world {list(names)} is not valid for this task: valid is {most}")
     for name in names:
         plan = plan_named(name)
-        if route not in plan.routes:
+        if route not in tuple(plan.routes):  # a list, which is no key, is told as well
             raise SimError(f"unknown route {route!r} in world {name!r}: valid are {', '.join(plan.routes)}")
     return names

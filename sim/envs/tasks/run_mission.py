@@ -112,7 +112,7 @@ class RunMissionTask(Task):
     def __init__(self, mission: str | None = None, landmarks: Mapping[str, Where] | None = None) -> None:
         if landmarks and mission is None:
             raise SimError("landmarks are for a mission of your own; valid is with mission=…")
-        self._landmarks = Landmarks(dict(landmarks or {}))
+        self._landmarks = _placed({} if landmarks is None else landmarks)
         self._mission = None if mission is None else _parsed(mission)
         actions = [step.action.behaviour for step in self._mission.steps if step.action] if self._mission else []
         self.behaviours += tuple(EXTRA[code] for code in EXTRA if code in actions)
@@ -149,6 +149,18 @@ class RunMissionTask(Task):
                 valid = ", ".join(self.behaviours)
                 raise SimError(f"mission {mission}: {order.behaviour} ({order.why}) is no action; valid are {valid}")
         return plan
+
+
+def _placed(landmarks: object) -> Landmarks:
+    if not isinstance(landmarks, Mapping):
+        raise SimError(f"landmarks {landmarks!r:.60} is not valid; valid is a table such as {{'LA3': 'end'}}")
+    for name, where in landmarks.items():
+        if not isinstance(name, str) or not isinstance(where, int | float | str):
+            raise SimError(
+                f"landmarks: {name!r:.60} at {where!r:.60} is not valid; valid is a name such as 'LA3' at metres along "
+                "the way, 'start' or 'end'"
+            )
+    return Landmarks(dict(landmarks))
 
 
 def _parsed(mission: object) -> Mission:

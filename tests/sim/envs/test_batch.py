@@ -193,8 +193,10 @@ def test_robots_in_one_world_are_stepped_in_one_call() -> None:
 @pytest.mark.parametrize(
     ("made_with", "message"),
     [
-        ({"num_envs": 0}, "num_envs = 0 is not valid; valid are 1 or more"),
-        ({"threads": -1}, "threads = -1 is not valid; valid are 0 or more"),
+        ({"num_envs": 0}, "num_envs = 0 is not valid; valid are whole numbers from 1 on"),
+        ({"num_envs": 1.5}, r"num_envs = 1\.5 is not valid; valid are whole numbers from 1 on"),
+        ({"threads": -1}, "threads = -1 is not valid; valid are whole numbers from 0 on"),
+        ({"threads": "x"}, "threads = 'x' is not valid; valid are whole numbers from 0 on"),
         ({"light": "moonshine"}, "moonshine"),
     ],
 )

@@ -20,6 +20,8 @@ ID = "refseq/FollowCorridorTwist-v0"
             r"unknown keyword 'wrold' of FollowCorridorTask: valid are world, route, actions, robot",
         ),
         ({"cameras": "camera-1"}, r"cameras 'camera-1' is not valid; valid is a list of names, as \['camera-1'\]"),
+        ({"cameras": 3}, r"cameras 3 is not valid; valid is a list of names, as \['camera-1'\]"),
+        ({"route": ["forward"]}, r"unknown route \['forward'\] in world 'corridor:0': valid are forward, reverse"),
         ({"pixels": 84}, "pixels 84 without cameras is not valid"),
         ({"world": "/nowhere/plan.toml"}, r"/nowhere/plan\.toml: cannot be read: No such file or directory$"),
         ({"world": "halway"}, r"unknown world 'halway'.*, or rooms:FORM"),

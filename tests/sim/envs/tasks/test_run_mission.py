@@ -169,6 +169,13 @@ def test_the_same_seed_draws_the_same_mission_and_start() -> None:
         ({"mission": "[LDMC]"}, r"LDMC: door on the left, 5.0 m: no door there is open in world 'rooms-0'"),
         ({"mission": "[LA1]"}, "nobody has said where LA1 is"),
         ({"landmarks": {"LA1": 3.0}}, "landmarks are for a mission of your own"),
+        (
+            {"mission": "[LA3]", "landmarks": ["LA3"]},
+            r"landmarks \['LA3'\] is not valid; valid is a table such as \{'LA3': 'end'\}",
+        ),
+        ({"mission": "[LA3]", "landmarks": "end"}, "landmarks 'end' is not valid; valid is a table"),
+        ({"mission": "[LA3]", "landmarks": {3: "end"}}, "landmarks: 3 at 'end' is not valid; valid is a name"),
+        ({"mission": "[LA3]", "landmarks": {"LA3": None}}, "landmarks: 'LA3' at None is not valid; valid is a name"),
         ({"rout": "round"}, "unknown keyword 'rout' of RunMissionTask: valid are mission, landmarks"),
     ],
 )
