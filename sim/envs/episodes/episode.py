@@ -21,6 +21,12 @@ from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import operator_for
 from refseq_bench.sim.envs.episodes.actions import Acting, periods
 from refseq_bench.sim.envs.episodes.localising import Following, places_of
+from refseq_bench.sim.envs.episodes.validation import (
+    checked_episode,
+    checked_judgement,
+    checked_remaining,
+    lies_in,
+)
 from refseq_bench.sim.envs.tasks.task import Episode, Judgement, Situation, Task, TaskGround
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Due
@@ -70,18 +76,18 @@ class BenchEpisode:
         """Outcome of the last action, and why."""
         self.touches = False
         """True if the robot touched anything in the last action."""
-        self.remaining = self.episode.begin(self.situation)
+        self.remaining = checked_remaining(self.episode, self.episode.begin(self.situation))
 
     def _with_room(self, task: Task, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Draw episodes until the robot has room where one begins, and stands there."""
         for _ in range(TRIES):
-            episode = task.episode(ground, rng)
+            episode = checked_episode(task, task.episode(ground, rng))
             turns = (*TURNS, 0.0) if task.turns else (0.0,)
-            if all(self._has_room(episode.start, turn) for turn in turns):
+            if lies_in(ground.plan, episode.start) and all(self._has_room(episode.start, turn) for turn in turns):
                 return episode
         raise SimError(
             f"world {ground.plan.name!r} has no room for {self.bench.robot.name!r} at any of {TRIES} starts that were "
-            "drawn; valid is a world or a route with more"
+            f"drawn, the last at {episode.start}; valid is a world or a route with more"
         )
 
     def _has_room(self, start: Pose, turned: float) -> bool:
@@ -152,7 +158,7 @@ class BenchEpisode:
         self.motion = _motion(before, self.bench.odometry)
         if self.following is not None and self._looking.standing and self._stands:
             self.following.look()
-        judged = self.episode.judge(self.situation)
+        judged = checked_judgement(self.episode, self.episode.judge(self.situation))
         self.remaining = judged.remaining
         return judged
 
