@@ -25,8 +25,8 @@ TASKS: Mapping[str, tuple[float, Mapping[str, Any]]] = MappingProxyType(
     {
         "FollowCorridor": (400.0, {"task": "follow-corridor", "world": CORRIDORS}),
         "CrossDoor": (60.0, {"task": "cross-door", "world": ROOMS}),
-        "ReachPlace": (120.0, {"task": "reach-place", "world": "laboratory", "route": "round"}),
-        "Recover": (120.0, {"task": "recover", "world": "laboratory", "route": "round"}),
+        "ReachPlace": (120.0, {"task": "reach-place", "world": "laboratory"}),
+        "Recover": (120.0, {"task": "recover", "world": "laboratory"}),
         "Mission": (180.0, {"task": "run-mission", "world": "offices"}),
     }
 )

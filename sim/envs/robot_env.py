@@ -49,7 +49,8 @@ BEHIND, UP = 3.5, 2.2
 class RobotEnv(gym.Env[Arrays, Any]):
     """A robot that is to do a ``task`` in a ``world``; ``import refseq_bench.sim.envs`` registers ids of all tasks.
 
-    ``world`` is a name, or several, of which each episode draws one; ``route`` is what is followed, or was learnt.
+    ``world`` is a name, or several, of which each episode draws one; ``route`` is what is followed, or was learnt:
+    without it the task's own, or the first of a world that has none of that name.
     ``actions`` are ``behaviours`` (``Discrete``, see ``ByBehaviour``) or ``twist`` (``Box``, see ``ByTwist``). Images
     of ``cameras`` are part of the observation, as squares of so many ``pixels`` a side, or as they are: they need a
     ``renderer``, as the pictures of ``render_mode`` do, and nothing else does. Tasks with a map tell what their
@@ -73,7 +74,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         task: str | type[Task],
         world: str | Path | Sequence[str | Path],
         *,
-        route: str = "forward",
+        route: str | None = None,
         actions: str = "behaviours",
         robot: str = "robuter",
         light: str = "16:00",
@@ -91,8 +92,9 @@ class RobotEnv(gym.Env[Arrays, Any]):
             _check("render mode", render_mode, self.metadata["render_modes"])
         check_light(light)
         self._task = made_task(task, asked, _keywords())
-        self._robot, self._light, self._route = robots.load(robot), light, route
-        self._worlds = _checked_worlds(world, route, self._task)
+        self._robot, self._light = robots.load(robot), light
+        self._worlds = _checked_worlds(world, self._task)
+        self._routes = {name: _route_in(name, route, self._task) for name in self._worlds}
         if isinstance(cameras, str) or not isinstance(cameras, Sequence):
             example = [cameras] if isinstance(cameras, str) else list(self._robot.cameras)[:1]
             raise SimError(f"cameras {cameras!r:.60} is not valid; valid is a list of names, as {example}")
@@ -119,8 +121,8 @@ class RobotEnv(gym.Env[Arrays, Any]):
     def _learnt(self) -> Map:
         """The map of the one world, which the task fits."""
         (world,) = self._worlds
-        map_ = familiar(world, self._light, self._robot.name, self._route)
-        self._task.check(ground_of(plan_named(world), self._route, self._robot.shape, map_))
+        map_ = familiar(world, self._light, self._robot.name, self._routes[world])
+        self._task.check(ground_of(plan_named(world), self._routes[world], self._robot.shape, map_))
         return map_
 
     def _actions(self, form: str) -> Acting:
@@ -181,11 +183,11 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._end()
         name = self._worlds[int(self.np_random.integers(len(self._worlds)))]
         world = world_named(name, self._light, pictured=bool(self._cameras) or self.render_mode is not None)
-        setting = EpisodeSetting(world, self._robot.name, self._settings, self._route, self._map)
+        setting = EpisodeSetting(world, self._robot.name, self._settings, self._routes[name], self._map)
         self._run, self._over = BenchEpisode(self._task, setting, self.np_random), False
         self._acting.reset()
         if self.render_mode == HUMAN:
-            self._begin_display(world.plan, world.routes[self._route])
+            self._begin_display(world.plan, world.routes[self._routes[name]])
         return self._seen(Judgement(0.0, self._run.remaining))
 
     def step(self, action: Any) -> Stepped:
@@ -317,16 +319,22 @@ def _keywords() -> tuple[str, ...]:
     return ("world", *(one.name for one in parameters if one.kind is inspect.Parameter.KEYWORD_ONLY))
 
 
-def _checked_worlds(world: str | Path | Sequence[str | Path], route: str, task: Task) -> tuple[str, ...]:
-    """The names of the worlds; raises ``SimError`` where one of them or its route is unknown."""
+def _checked_worlds(world: str | Path | Sequence[str | Path], task: Task) -> tuple[str, ...]:
+    """The names of the worlds; raises ``SimError`` where they are none, or too many for the task."""
     if not isinstance(world, str | Path | Sequence):
         raise SimError(f"world = {world!r:.60} is not valid: valid is a name, a floor plan's file, or several")
     names = tuple(map(str, (world,) if isinstance(world, str | Path) else world))
     if not names or (task.mapped and len(names) > 1):
         most = "one world, as there is one map" if task.mapped else "one or more"
         raise SimError(f"world {list(names)} is not valid for this task: valid is {most}")
-    for name in names:
-        plan = plan_named(name)
-        if route not in tuple(plan.routes):  # a list, which is no key, is told as well
-            raise SimError(f"unknown route {route!r} in world {name!r}: valid are {', '.join(plan.routes)}")
     return names
+
+
+def _route_in(world: str, asked: str | None, task: Task) -> str:
+    """The route that is asked for, else the task's own or a world's first. Raises ``SimError`` for an unknown one."""
+    routes = tuple(plan_named(world).routes)
+    if asked is None:
+        return task.route if task.route in routes else routes[0]
+    if asked not in routes:
+        raise SimError(f"unknown route {asked!r} in world {world!r}: valid are {', '.join(routes)}")
+    return asked

@@ -43,6 +43,7 @@ class ReachPlaceTask(Task):
 
     behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:30", "MT:-30", "MW:left,0.8", "MW:right,0.8", "stop")
     mapped = goes_to_place = True
+    route = "round"
 
     def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Begin on the path, with the goal farther on: paths are driven one way only."""

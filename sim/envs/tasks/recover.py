@@ -57,6 +57,7 @@ class RecoverTask(Task):
 
     behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:30", "MT:-30", "MW:left,0.8", "MW:right,0.8", "stop")
     mapped = turns = True
+    route = "round"
 
     def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Draw where the robot is led, and where it is set down then."""

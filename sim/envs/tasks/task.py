@@ -163,7 +163,8 @@ class Task(ABC):
     ``behaviours`` are what there is to choose from, as they are written; ``mapped`` says whether a localiser runs
     along, ``goes_to_place`` whether an episode's goal is a place of its map, ``asks`` whether it tells what it asks for
     along the path, ``turns`` whether the robot is to have room for a turn on the spot where it is set down.
-    ``looking`` is when the localiser gets a view. ``keywords`` are those of ``gym.make`` that the class itself takes.
+    ``route`` is the one that is taken where none is asked for, if the world has it. ``looking`` is when the localiser
+    gets a view. ``keywords`` are those of ``gym.make`` that the class itself takes.
     """
 
     behaviours: tuple[str, ...]
@@ -171,6 +172,7 @@ class Task(ABC):
     goes_to_place: bool = False
     asks: bool = False
     turns: bool = False
+    route: str = "forward"
     looking: Looking = Looking()
     keywords: tuple[str, ...] = ()
 

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import refseq_bench.sim.envs
+from refseq_bench.sim.envs.robot_env import _route_in
+from refseq_bench.sim.envs.tasks.by_name import made_task
 from refseq_bench.sim.errors import SimError
 
 assert refseq_bench.sim.envs
@@ -34,6 +36,20 @@ def test_what_is_asked_for_wrongly_is_told_with_what_is_valid(asked: dict[str, o
     with pytest.raises(SimError, match=message) as told:
         gymnasium.make(ID, **asked)
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "world", "route"),
+    [
+        ("ReachPlace", "laboratory", "round"),
+        ("Recover", "laboratory", "round"),
+        ("Recover", "hallway", "forward"),
+        ("Mission", "offices", "forward"),
+    ],
+)
+def test_a_task_without_a_route_takes_its_own_or_the_first_of_the_world(name: str, world: str, route: str) -> None:
+    made_with = gymnasium.spec(f"refseq/{name}-v0").kwargs
+    assert _route_in(world, made_with.get("route"), made_task(made_with["task"], {})) == route
 
 
 def test_an_episode_that_is_over_takes_no_step() -> None:
