@@ -174,7 +174,7 @@ class AskedTable(Table):
     """
 
     judged: str | None = None
-    methods: Annotated[tuple[str, ...], Field(min_length=1)] = ()
+    methods: tuple[str, ...] = ()
     sensors: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     merge: Flag = True
     learn: LearnTable = LearnTable()
