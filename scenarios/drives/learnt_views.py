@@ -76,7 +76,7 @@ def learnt_plan(map_: "Map", path: "MapPath", recording: Path, views: "NDArray[n
 
 
 def _reading_of(map_: "Map", path: "MapPath") -> DriveSelection:
-    """How the drive of a path was read, by the notes of its map."""
+    """Selection by which the drive of a path was read, from the notes of its map."""
     notes = map_.sequences[map_.names.index(path.name)].metadata if path.name in map_.names else {}
     told = {name: notes.get(f"{NOTED}{name}") for name in READ_WITH}
     try:

@@ -14,7 +14,7 @@ LEFT_OUT = "left_out"
 
 
 def views_left_out(drive: "Recording") -> dict[str, str]:
-    """That note; none where all views are there, as those are that another sensor has seen."""
+    """Note of the views left out; none where all are there, as those are that another sensor has seen."""
     damaged = drive.findings.damaged if drive.findings else {}
     told = [f"{sensor}: {len(those)}, the first {those[0]}" for sensor, those in damaged.items() if those]
     return {LEFT_OUT: told[0]} if len(damaged) == len(told) == 1 else {}

@@ -43,7 +43,7 @@ class Block(Protocol):
         """Log-likelihood ratios of some places, counted through the map, (n,)."""
 
     def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
-        """What ``UsualViews`` compares with other views' of the drive, by key, (n,) each: none, where there is none."""
+        """Log ratios by key, (n,) each, that ``UsualViews`` compares with other views' of the drive; may be none."""
 
 
 class FewPlaces:

@@ -68,7 +68,7 @@ class Case:
 
     @property
     def tables(self) -> dict[str, SourceTable]:
-        """What is declared of the references, and last of the query, by their keys."""
+        """Keys of the declared references, and last of the query."""
         added = added_seeds(len(self.scenario.further))
         return dict(zip(added, (*self.scenario.references, self.scenario.query), strict=True))
 
