@@ -32,11 +32,12 @@ def nearest(descriptors: NDArray[Any], words: NDArray[Any], ready: Sequence[Word
     """
     rows = np.arange(len(descriptors))
     best = Nearest(np.zeros(len(rows), np.intp), np.full(len(rows), np.inf))
+    room = None if ready is None else np.empty(len(rows) * BLOCK, np.float32)
     for number, start in enumerate(range(0, len(words), BLOCK)):
         if ready is None:
             squared = squared_distances(descriptors, words[start : start + BLOCK])
         else:
-            squared = _products(descriptors, ready[number])
+            squared = _products(descriptors, ready[number], room)
         ids = np.argmin(squared, axis=1)
         found = squared[rows, ids]
         closer = found < best.squared
@@ -49,7 +50,7 @@ def blocks(words: NDArray[Any]) -> tuple[WordBlock, ...] | None:
     """The words (W, D) in blocks to multiply with; None for those that are compared pair by pair."""
     if not _multiplies(words):
         return None
-    return tuple(_block(words[start : start + BLOCK]) for start in range(0, len(words), BLOCK))
+    return tuple(_laid_row_by_row(_block(words[start : start + BLOCK])) for start in range(0, len(words), BLOCK))
 
 
 def squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
@@ -76,9 +77,19 @@ def _block(words: NDArray[Any]) -> WordBlock:
     return WordBlock(-2 * y.T, np.einsum("ij,ij->i", y, y))
 
 
-def _products(descriptors: NDArray[Any], block: WordBlock) -> NDArray[np.float32]:
+def _laid_row_by_row(block: WordBlock) -> WordBlock:
+    """Factors that were only turned make each product slower by a tenth; laying them out pays where many follow."""
+    return block._replace(factors=np.ascontiguousarray(block.factors))
+
+
+def _products(
+    descriptors: NDArray[Any], block: WordBlock, room: NDArray[np.float32] | None = None
+) -> NDArray[np.float32]:
+    """Squared distances, written into ``room`` where it is given: fresh memory for each block costs a tenth more."""
     x = _centred(descriptors)
-    squared: NDArray[np.float32] = x @ block.factors
+    shape = len(x), len(block.squares)
+    out = None if room is None else room[: shape[0] * shape[1]].reshape(shape)
+    squared: NDArray[np.float32] = np.matmul(x, block.factors, out=out)
     squared += np.einsum("ij,ij->i", x, x)[:, None]
     squared += block.squares[None, :]
     return squared
