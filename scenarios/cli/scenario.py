@@ -1,4 +1,4 @@
-"""The commands ``refseq scenario list | show | run | search | report | tables | validity | template``."""
+"""The commands ``refseq scenario list | show | run | search | report | tables | validity | curves | template``."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -376,6 +376,35 @@ def validity(
             for one in validities(campaigns, "success"):
                 drawing = real_over_twin(panels(one), one.methods, "success")
                 replace_text(plots / f"{one.scenario}.svg", drawing.standalone)
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq scenario run dials -j 2 -o out/dials`
+* `refseq scenario curves out/dials -o dials.svg --methods best/chain,topometric`
+
+Numbers stand where they belong on their axis, lights at their hours; texts that differ in one number, as
+`building:SEED,texture=0.3`, at that number. Of a case that several campaigns ran the later one named counts.""",
+)
+def curves(
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER", help="Folders that `refseq scenario run` filled.")],
+    output: Annotated[Path, output("Picture to write (.svg).")] = Path("curves.svg"),
+    methods: Annotated[str | None, option("NAMES", "Only these, commas between. [default: all that answered]")] = None,
+) -> None:
+    """Draw success over the one key that a scenario varies, a panel for each scenario."""
+    from refseq.files import replace_text
+    from refseq_bench.scenarios.campaign.pages.sweep_plot import sweeps_of
+    from refseq_bench.scenarios.campaign.store.result_file import read_result
+    from refseq_bench.scenarios.report.plots.sweep import success_over_each
+
+    if output.suffix != ".svg":
+        raise ScenarioError(f"{output}: is no picture that can be written; valid is a name ending in .svg")
+    sweeps = sweeps_of([read_result(folder) for folder in folders], words(methods, "--methods") or ())
+    with writing(output):
+        replace_text(output, success_over_each(sweeps).standalone)
+    say(out, f"{output}: {len(sweeps)} curves")
 
 
 @app.command(
