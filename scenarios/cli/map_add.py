@@ -1,4 +1,4 @@
-"""The command ``refseq map add``: a later drive as further experiences of a map's places."""
+"""The command ``refseq map add``: a later drive as further experiences of a map's places, or as new paths beside it."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +12,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     MapFile,
     NoisySelection,
     Seed,
+    flag,
     grouped,
     option,
     output,
@@ -20,6 +21,8 @@ from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_dr
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
+    from refseq.atlas.explore import ExploredPath
+    from refseq.logs.recording import Recording
     from refseq.map.growth.adding import Grown
     from refseq.map.map import Map
 
@@ -28,8 +31,11 @@ ADD_HELP = """Examples:
 * `refseq map add map.refseq evening.mcap`
 * `refseq map add map.refseq evening.mcap -o larger.refseq`
 * `refseq map add whole.refseq evening.mcap --most 2 --well 0.8`
+* `refseq map add whole.refseq detour.mcap --explore`
 
-A drive that was added before adds nothing. Exit codes: 0 done; 2 bad input: the map stays as it was."""
+With --explore stretches of a drive off the map become new paths, detour-1.refseq and so on beside the map that is
+written, and are merged with it; no experience of a known place is kept. A drive that was added before adds nothing.
+Exit codes: 0 done; 2 bad input: the map stays as it was."""
 
 
 @grouped
@@ -42,18 +48,25 @@ def add(
         option("SHARE", "Keep a view that by itself finds its place with less probability.", min=0, max=1),
     ] = 0.5,
     most: Annotated[int, option("N", "Keep at most so many further experiences of a place.", min=1, max=100)] = 3,
+    explore: Annotated[bool, flag("--explore", "Make new paths of what the drive shows off the map, instead.")] = False,
     seed: Seed = 1,
     as_json: Json = False,
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """Let a map grow by a later drive along its paths: what was not recognised well is kept of it."""
     from refseq.map.growth.adding import GrowthSettings, add_drive
+    from refseq_bench.scenarios.maps.explored import check_target
     from refseq_bench.scenarios.maps.merge_notes import STRETCHED
 
     target = output or map_file
     check_output(target, of=[drive_file, *selection.chosen().files])
     map_ = load_map(map_file)
+    if explore:
+        check_target(map_file, map_, target)
     drive = read_drive(drive_file, selection.with_noise(seed + 1))
+    if explore:
+        _explore(map_file, map_, drive_file, drive, target, seed, as_json=as_json)
+        return
     rules = GrowthSettings(well=well, most=most)
     grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
     if not grown.known or output is not None:
@@ -61,7 +74,39 @@ def add(
     if abs(grown.stretch - 1) > STRETCHED:
         told = f"shows {grown.stretch:.2f} m for each metre of the map's: one of them has another scale"
         say(err, f"note: the odometry of {drive_file.name} {told}")
+    for one in grown.astray:
+        told = f"views {one.views.start}:{one.views.stop} of {drive_file.name} lead {one.metres:.1f} m off the map"
+        say(err, f"note: {told}; --explore makes a path of them")
     _tell_grown(grown, map_, drive_file.name, target, as_json=as_json)
+
+
+def _explore(
+    map_file: Path, map_: "Map", drive_file: Path, drive: "Recording", target: Path, seed: int, *, as_json: bool
+) -> None:
+    """Make new paths of what a drive shows off the map, and tell of them and of their joins."""
+    from refseq.atlas.explore import explore
+    from refseq_bench.scenarios.cli.terminal.merged import tell_merged
+    from refseq_bench.scenarios.maps.explored import explored_map
+
+    found = explore(map_, drive.views, name=drive_file.stem, metadata=drive.metadata, seed=seed)
+    made = explored_map(map_file, found, target) if found else None
+    if as_json:
+        print_json({"paths": [_as_record(one) for one in found], "joins": made.merged.decisions if made else []})
+    elif made is None:
+        say(out, f"{drive_file}: leads nowhere off the map; nothing is written")
+    else:
+        for one in found:
+            file, views = target.with_name(f"{one.map.names[0]}.refseq"), one.astray.path
+            told = (
+                f"views {views.start}:{views.stop} of {drive_file.name}, {one.astray.metres:.1f} m of them off the map"
+            )
+            say(out, f"{file}: {told}")
+        tell_merged(made.merged, made.read, made.whole, target)
+
+
+def _as_record(one: "ExploredPath") -> dict[str, object]:
+    views = one.astray.path
+    return {"path": one.map.names[0], "views": [views.start, views.stop], "metres_off_the_map": one.astray.metres}
 
 
 def _tell_grown(grown: "Grown", map_: "Map", drive: str, target: Path, *, as_json: bool) -> None:

@@ -8,6 +8,7 @@ import typer
 
 from refseq_bench.scenarios.cli.map_add import ADD_HELP, add
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, wrote
+from refseq_bench.scenarios.cli.terminal.merged import tell_merged
 from refseq_bench.scenarios.cli.terminal.options import (
     CHART,
     LOG_KINDS,
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from refseq.atlas.decision import Decision
-    from refseq.atlas.merge import Merged
-    from refseq.map.map import Map
 
 BELOW = 1
 
@@ -154,9 +153,9 @@ def merge(
         joins.write_decisions(write_decisions, merged.decisions)
     if page is not None:
         write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
-    whole = _with_members(merged, read, files, output, wishes)
+    whole = members.with_record(merged, read, files, output, wishes)
     whole.save(output)
-    _tell_merged(merged, read, whole, output)
+    tell_merged(merged, read, whole, output)
 
 
 def _asked_joins(decisions: Path | None, before: "Sequence[Decision]") -> "list[Decision]":
@@ -167,18 +166,6 @@ def _asked_joins(decisions: Path | None, before: "Sequence[Decision]") -> "list[
     asked = joins.read_decisions(decisions) if decisions else []
     check_agreeing(asked)
     return members.newest(asked, before)
-
-
-def _with_members(
-    merged: "Merged", read: "Sequence[Map]", files: "Sequence[Path]", output: Path, wishes: "Sequence[Decision]"
-) -> "Map":
-    """The merged map with a record of its members, where each of them is a map of one path."""
-    from refseq_bench.scenarios.maps import joins, members
-
-    if not all(one.has_one_path for one in read):
-        return merged.map
-    answers = [decision for decision in merged.decisions if decision.why == joins.BY_A_PERSON]
-    return members.recorded(merged.map, files, output, members.newest(answers, wishes))
 
 
 def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, recordings: list[Path]) -> None:
@@ -192,23 +179,6 @@ def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, 
     for beside, what in ((decisions, "its decisions"), (page, "its page")):
         if beside is not None and beside.resolve() == output.resolve():
             raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
-
-
-def _tell_merged(merged: "Merged", read: "Sequence[Map]", whole: "Map", output: Path) -> None:
-    """Print the joins, what is to be known of them, and how large the written map is."""
-    from refseq_bench.scenarios.maps.joins import decision_table
-    from refseq_bench.scenarios.maps.merge_notes import merge_notes
-
-    if merged.decisions:
-        out.print(decision_table(merged.decisions))
-    for line in merge_notes(merged, read):
-        say(err, f"note: {line}")
-    joined = sum(decision.joined for decision in merged.decisions)
-    say(
-        out,
-        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {sum(map(len, read))}, {len(whole.links)} links, "
-        f"{joined} of {len(merged.decisions)} stretches joined",
-    )
 
 
 def ask(decision: "Decision") -> "Decision":

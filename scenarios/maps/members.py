@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from refseq.atlas.decision import Decision
+from refseq.atlas.merge import Merged
 from refseq.map.growth.record import GrowthRecord
 from refseq.map.map import Map
 from refseq.map.merge_record import Member, MergeRecord, Ruling
@@ -60,6 +61,16 @@ def _found(merged: Path, member: Member) -> Path:
 
 def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def with_record(
+    merged: Merged, read: Sequence[Map], files: Sequence[Path], output: Path, wishes: Sequence[Decision]
+) -> Map:
+    """The merged map with a record of its members, where each of them is a map of one path."""
+    if not all(one.has_one_path for one in read):
+        return merged.map
+    answers = [decision for decision in merged.decisions if decision.why == BY_A_PERSON]
+    return recorded(merged.map, files, output, newest(answers, wishes))
 
 
 def recorded(map_: Map, paths: Sequence[Path], output: Path, decisions: Sequence[Decision]) -> Map:

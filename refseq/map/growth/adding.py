@@ -11,9 +11,10 @@ from refseq.errors import MapError
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, each_view, usable
 from refseq.map.extractors import make_extractor
+from refseq.map.growth.astray import Astray, AstraySettings, astray
 from refseq.map.growth.experiences import FIRST, Experiences
 from refseq.map.growth.record import AddedDrive, digest_of
-from refseq.map.growth.seen import SeenView, seen_drive
+from refseq.map.growth.seen import SeenView, lost_in_hindsight, seen_drive
 from refseq.map.map import Map, check_is_map
 from refseq.map.matcher import Features
 from refseq.map.poses_beside import ALIKE, PosesBeside
@@ -74,6 +75,7 @@ class Grown:
     forgotten: int = 0
     known: bool = False
     stretch: float = np.nan
+    astray: tuple[Astray, ...] = ()
 
 
 def add_drive(
@@ -118,7 +120,8 @@ def add_drive(
     larger = replace(map_, sequences=tuple(one.sequence for one in growth), grown=record)
     pairs = tuple((view.number, view.place) for view in kept)
     forgotten = sum(one.forgotten for one in growth)
-    return Grown(larger, added, len(placed), pairs, forgotten, stretch=_stretch(map_, drive, placed))
+    off = astray(drive, lost_in_hindsight(seen), AstraySettings())
+    return Grown(larger, added, len(placed), pairs, forgotten, False, _stretch(map_, drive, placed), tuple(off))
 
 
 def check_map(map_: Map) -> None:

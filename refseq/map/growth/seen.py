@@ -46,6 +46,11 @@ def seen_drive(map_: Map, views: Sequence[View], seed: int = 0) -> list[SeenView
     ]
 
 
+def lost_in_hindsight(seen: Sequence[SeenView]) -> NDArray[np.float64]:
+    """P(lost) at each view of a drive in the light of all, (V,)."""
+    return np.array([1 - view.hindsight.sum() for view in seen])
+
+
 def _alone(measured: Sequence[Measurement], lost_at_start: float) -> NDArray[np.float64]:
     log_ratios = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
     on_map = expit(log_mean(log_ratios) - logit(lost_at_start))

@@ -51,6 +51,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     written(folder / "short.mcap", later[:3], robot)
     written(folder / "one-eye.mcap", [without(view, "lateral") for view in later], robot)
     written(folder / "elsewhere.mcap", other, robot)
+    ahead = [*drive(3)[8:], *other[:14]]
+    written(folder / "ahead.mcap", [replace(view, time=2.0 * n) for n, view in enumerate(ahead)], robot)
     return folder
 
 
@@ -109,9 +111,45 @@ def test_what_was_added_to_a_merged_map_alone_is_not_lost_in_a_merge(refseq: Ref
     assert Map.load(here / "again.refseq").grown.drives[0].name == "later.mcap"
 
 
+def test_what_leads_off_the_map_is_told_and_becomes_a_path_of_its_own_when_asked(refseq: Refseq, here: Path) -> None:
+    told = refseq("map", "add", "map.refseq", "ahead.mcap", "-o", "grown.refseq").err
+    assert re.fullmatch(
+        r"note: views 2\d:36 of ahead\.mcap lead \d+\.\d m off the map; --explore makes a path .*\n", told
+    )
+    answer = refseq("map", "add", "map.refseq", "ahead.mcap", "--explore", "-o", "whole.refseq")
+    assert (answer.code, answer.err) == (0, "")
+    assert re.search(
+        r"^ahead-1\.refseq: views \d+:36 of ahead\.mcap, \d+\.\d m of them off the map$", answer.out, re.MULTILINE
+    )
+    whole = Map.load(here / "whole.refseq")
+    assert whole.names == ("map", "ahead-1")
+    assert len(whole) < len(Map.load(here / "map.refseq")) + len(Map.load(here / "ahead-1.refseq")), "they are joined"
+    assert [member.file for member in whole.record.members] == ["map.refseq", "ahead-1.refseq"]
+    # What was explored is known from now on.
+    again = refseq("map", "add", "whole.refseq", "ahead.mcap", "--explore")
+    assert (again.code, again.out) == (0, "ahead.mcap: leads nowhere off the map; nothing is written\n")
+
+
+def test_a_file_that_has_a_new_path_s_name_is_not_written_over(refseq: Refseq, here: Path) -> None:
+    (here / "ahead-1.refseq").write_bytes(b"of another drive")
+    answer = refseq("map", "add", "map.refseq", "ahead.mcap", "--explore", "-o", "whole.refseq")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == (
+        "error: ahead-1.refseq: is there already, and a new path would have its name; valid is to rename one\n"
+    )
+    assert (here / "ahead-1.refseq").read_bytes() == b"of another drive"
+    assert not (here / "whole.refseq").exists()
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
+        ("map.refseq ahead.mcap --explore", "map.refseq: becomes one path of the larger map; valid is --output with"),
+        ("map.refseq later.mcap --explore -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
+        (
+            "map.refseq one-eye.mcap --explore -o x.refseq",
+            "the drive has no lateral; valid are drives with all sensors",
+        ),
         ("map.refseq other.mcap", "the drive is of robot segway-rmp; valid is that of the map, robuter"),
         ("map.refseq one-eye.mcap", "the drive has no lateral; valid are drives with all sensors of the map"),
         ("map.refseq short.mcap", "the drive has 3 views over 1.7 m; valid is a way of 3 m"),
