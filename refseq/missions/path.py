@@ -62,10 +62,16 @@ class HeldPlaces(NamedTuple):
 
 
 def path_along(map_: Map, path: MapPath | None = None) -> MissionPath:
-    """A whole path of a map, by default the first."""
+    """A whole path of a map, by default the first; a door that was only seen ahead of its end is none along it."""
     path = path or map_.paths[0]
     behaviours = path.annotations.behaviours or ("",) * len(path)
-    return MissionPath(map_.numbered(path), path.along, behaviours, path.annotations.doors, map_.loops)
+    doors = _doors_between(path.annotations.doors, *path.along[[0, -1]].tolist())
+    return MissionPath(map_.numbered(path), path.along, behaviours, doors, map_.loops)
+
+
+def _doors_between(doors: Sequence[PathDoor], start: float, end: float) -> tuple[PathDoor, ...]:
+    """Those of a stretch of a path, from ``start`` to ``end`` [m] along it, as they lie along the stretch."""
+    return tuple(replace(door, along=door.along - start) for door in doors if start <= door.along <= end)
 
 
 def path_of(map_: Map, route: "Route") -> MissionPath:
@@ -104,5 +110,5 @@ def _leg(map_: Map, path: MapPath, first: int, last: int) -> MissionPath:
     if not here or here[0][0] > 0:
         before = [behaviour for words in whole.behaviours[:first] for _, behaviour in begun(words)]
         behaviours[0] = "; ".join([*before[-1:], *filter(None, behaviours[:1])])
-    doors = tuple(replace(door, along=door.along - start) for door in whole.doors if start <= door.along <= end)
+    doors = _doors_between(whole.doors, start, end)
     return MissionPath(whole.places[views], whole.along[views] - start, tuple(behaviours), doors, whole.twins)

@@ -49,6 +49,10 @@ def test_a_path_is_a_way() -> None:
     assert path_along(learnt("a", {}, [])).behaviours == ("",) * 10
 
 
+def test_a_door_that_was_only_seen_ahead_of_the_last_place_is_none_along_the_way() -> None:
+    assert path_along(learnt("a", {}, [2.5, 9.0, 11.3])).doors == (door(2.5), door(9.0))
+
+
 def test_a_path_that_gave_places_away_is_a_way_through_both_sequences(atlas: Map) -> None:
     way = path_along(atlas, atlas.paths[1])
     assert way.places.tolist() == [10, 11, 12, 6, 13, 14, 15, 16, 17, 18]
