@@ -348,7 +348,8 @@ def _text_of(page: Path) -> str:
 * `refseq scenario validity out/laser out/camera --page docs/validity.md --plots docs/images`
 
 Cases real/NAME and twin/NAME of a scenario are a pair (docs/validity.md). Of a case that several campaigns ran the
-later one named counts. On a page the lines between `<!-- validity -->` and `<!-- end validity -->` are replaced.""",
+later one named counts. On a page the lines between `<!-- validity -->` and `<!-- end validity -->` are replaced, but
+for what they tell of other scenarios.""",
 )
 def validity(
     folders: Annotated[list[Path], typer.Argument(metavar="FOLDER", help="Folders that `refseq scenario run` filled.")],

@@ -215,7 +215,17 @@ def changed_lines(one: Validity) -> Iterator[str]:
 
 
 def page_with(text: str, body: str, page: str) -> str:
-    """The page with another text between its two comments. Raises ``ScenarioError`` for one without them."""
-    if len(BLOCK.findall(text)) != 1:
+    """The page with another text between its two comments; what it tells there of other scenarios stays.
+
+    Raises ``ScenarioError`` for one without them.
+    """
+    if len(blocks := BLOCK.findall(text)) != 1:
         raise ScenarioError(f"{page}: has no place for it; valid is <!-- validity -->, <!-- end validity --> once")
-    return BLOCK.sub(lambda _: body, text)
+    both = _by_title(blocks[0]) | _by_title(body)
+    return BLOCK.sub(lambda _: "".join(both.values()), text)
+
+
+def _by_title(body: str) -> dict[str, str]:
+    """What is told of each scenario, by the line of its title; what stands before the first by none."""
+    parts = re.split(r"^(?=### )", body, flags=re.MULTILINE)
+    return {part.partition("\n")[0] if part.startswith("### ") else "": part for part in parts}

@@ -96,3 +96,18 @@ def test_a_page_is_filled_between_its_comments_and_one_without_them_is_refused()
     assert filled == "# Before\n<!-- validity -->\n\\new\n<!-- end validity -->\nafter\n"
     with pytest.raises(ScenarioError, match=r"p\.md: has no place"):
         page_with("# Before\n", "new", "p.md")
+
+
+def test_what_a_page_tells_of_scenarios_that_did_not_run_stays() -> None:
+    page = "<!-- validity -->\n\n### A camera\n\nold\n\n### A laser alone\n\nold\n<!-- end validity -->\n"
+    filled = page_with(page, report_of([campaign(case("twin/x", GOOD), case("real/x", GOOD))]), "p.md")
+    assert filled.startswith("<!-- validity -->\n\n### A camera\n\nold\n\n### A laser alone\n\n| real and twin")
+    assert filled.count("### A laser alone") == 1
+    both = page_with(
+        page.replace("A laser alone", "Another"),
+        report_of([campaign(case("twin/x", GOOD), case("real/x", GOOD))]),
+        "p.md",
+    )
+    assert [line for line in both.splitlines() if line.startswith("###")] == [
+        "### A camera", "### Another", "### A laser alone"
+    ]  # fmt: skip
