@@ -180,7 +180,9 @@ def _header(archive: zipfile.ZipFile) -> dict[str, Any]:
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise MapError(f"is not a .refseq map: {HEADER} has no format {FORMAT!r}")
     if header.get("version") != VERSION:
-        raise MapError(f"is of map format version {header.get('version')!r:.20}; valid is {VERSION}: learn it anew")
+        newer = isinstance(header.get("version"), int) and header["version"] > VERSION
+        remedy = "a newer refseq wrote it" if newer else "learn it anew"
+        raise MapError(f"is of map format version {header.get('version')!r:.20}; valid is {VERSION}: {remedy}")
     digests = header.get("sha256")
     if not isinstance(digests, dict) or not all(isinstance(digest, str) for digest in digests.values()):
         raise MapError(f"{HEADER}: sha256 is no table of checksums")

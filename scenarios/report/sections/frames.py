@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+from refseq.planar import wrap
 from refseq.view import View
 from refseq_bench.scenarios.report.images import picture, scan_outline
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.outcome import Outcome
-from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance
 from refseq_bench.scenarios.scoring.tables.worst_failures import Failure
 
 PLACES_SHOWN = 4
@@ -192,15 +193,23 @@ def _caption(failure: Failure, run: Comparison) -> str:
     seed = run.query_metadata.get("seed")
     where = f"query view {failure.view}" + (f" of seed {seed}" if seed is not None else "")
     row = f" The worst of {failure.views} such views in a row." if failure.views > 1 else ""
-    known = not math.isnan(failure.apart)
-    way = f"{failure.apart:.1f} m away in a straight line" if known else "at a place without a true pose"
-    away = f"{way}, P(lost) {failure.lost:.2f}"
+    away = f"{_away(failure, run)}, P(lost) {failure.lost:.2f}"
     what = {
         Outcome.WRONG: f"{where}: wrong, {away}.",
         Outcome.FALSE_FIX: f"{where}: false fix, {away}.",
         Outcome.MISSED: f"{where}: missed, says lost with {failure.lost:.2f}.",
     }[failure.outcome]
     return what + row
+
+
+def _away(failure: Failure, run: Comparison) -> str:
+    """How far the answer's place is from the truth; and how far turned, where it is by more than answers may be."""
+    there, truth = run.reference_views[failure.answer].truth, run.query_views[failure.view].truth
+    if there is None or truth is None:
+        return "at a place without a true pose"
+    turned = abs(wrap(there.heading - truth.heading))
+    aside = f", facing {math.degrees(turned):.0f}° another way" if turned > WIDE.heading else ""
+    return f"{failure.apart:.1f} m away in a straight line{aside}"
 
 
 def _columns(failure: Failure, run: Comparison) -> tuple[str, str, str]:

@@ -159,6 +159,8 @@ def test_files_that_are_no_map(tmp_path: Path) -> None:
 def test_another_version(saved: Path) -> None:
     rewrite(saved, lambda header: header.update(version=2))
     assert error_of(saved) == f"{saved}: is of map format version 2; valid is 4: learn it anew"
+    rewrite(saved, lambda header: header.update(version=5))
+    assert error_of(saved) == f"{saved}: is of map format version 5; valid is 4: a newer refseq wrote it"
 
 
 def test_more_than_a_map_may_hold_is_neither_read_nor_written(

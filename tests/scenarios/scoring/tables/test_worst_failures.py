@@ -59,6 +59,16 @@ def test_what_lies_nobody_knows_how_far_off_comes_first() -> None:
     assert failure_frames(worst, [unknown], {}).caption == told
 
 
+def test_a_place_that_is_near_and_wrong_is_told_by_its_heading() -> None:
+    one = run([0, 1, 2, 3], [0.0] * 4)
+    views = list(one.query_views)
+    views[2] = replace(views[2], truth=Pose(2.0, 0.3, np.radians(-40)))
+    turned = replace(one, query_views=views)
+    (worst,) = worst_failures([turned], [score(turned, "mine", WIDE)], "mine")
+    told = "query view 2: wrong, 0.3 m away in a straight line, facing 40° another way, P(lost) 0.00."
+    assert failure_frames(worst, [turned], {}).caption == told
+
+
 def test_worst_of_random_answers_is_worst_of_all() -> None:
     rng = np.random.default_rng(0)
     runs = [run(list(rng.integers(PLACES, size=PLACES)), list(rng.random(PLACES) ** 3)) for _ in range(3)]
