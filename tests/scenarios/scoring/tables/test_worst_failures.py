@@ -65,7 +65,7 @@ def test_a_place_that_is_near_and_wrong_is_told_by_its_heading() -> None:
     views[2] = replace(views[2], truth=Pose(2.0, 0.3, np.radians(-40)))
     turned = replace(one, query_views=views)
     (worst,) = worst_failures([turned], [score(turned, "mine", WIDE)], "mine")
-    told = "query view 2: wrong, 0.3 m away in a straight line, facing 40° another way, P(lost) 0.00."
+    told = "query view 2: false fix, 0.3 m away in a straight line, facing 40° another way, P(lost) 0.00."
     assert failure_frames(worst, [turned], {}).caption == told
 
 
