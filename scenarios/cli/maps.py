@@ -285,27 +285,45 @@ def similarity(
     epilog="""Examples:
 
 * `refseq map plan whole.refseq -o plan.png`
-* `refseq map plan whole.refseq --json`""",
+* `refseq map plan whole.refseq --json`
+* `refseq map plan whole.refseq -o plan.png --floor building.png --at 0=120,340 --at 57=800,335 --at west:9=805,90`""",
 )
-def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_json: Json = False) -> None:
+def plan(
+    map_file: MapFile,
+    output: Annotated[Path | None, CHART] = None,
+    floor: Annotated[Path | None, option("PICTURE", "Floor plan to draw the paths on (PNG, JPEG), with --at.")] = None,
+    at: Annotated[
+        list[str] | None,
+        option(
+            "PLACE=X,Y",
+            "Pixel of the floor plan, from its top left, that a place lies at, by its number or PATH:VIEW; three times "
+            "or more.",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
     """Draw the paths of a merged map where joins and odometry put them, and tell the error where truth is known."""
     from refseq.atlas.sharing import loops_of
     from refseq.map.map import Map
+    from refseq_bench.scenarios.maps.floor_plan import check_asked, lay_floor
     from refseq_bench.scenarios.maps.matrix import check_picture
     from refseq_bench.scenarios.maps.plan import check_plan, draw_plan, plan_error
 
+    check_asked(floor, at or [])
     if output is not None:
-        check_output(output, of=[map_file])
+        check_output(output, of=[map_file, floor])
         check_picture(output)
     map_ = Map.load(map_file)
     check_plan(map_, map_file)
+    laid_on = lay_floor(floor, at or [], map_) if floor is not None else None
     error = plan_error(map_)
     laid = [path.name for path in map_.paths if len(path.poses)]
     apart = [path.name for path in map_.paths if not len(path.poses)]
     if as_json:
         ends = [(path.name, run[[0, -1]].T.tolist()) for path in map_.paths for run in loops_of(path)]
         loops = [{"path": name, "first": first, "second": second} for name, (first, second) in ends]
-        print_json({"paths": laid, "apart": apart, "loops": loops, "error": error})
+        drawn_on = laid_on and {"fit": laid_on.fit, "marks": laid_on.marks}
+        print_json({"paths": laid, "apart": apart, "loops": loops, "error": error, "floor": drawn_on})
     else:
         say(out, f"{len(laid)} paths in one frame: {', '.join(laid)}")
         if apart:
@@ -319,9 +337,11 @@ def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_jso
                 f"error against the truth {error.rmse:.2f} m (RMSE of {error.places} places, rigidly aligned), "
                 f"worst {error.worst:.2f} m, {100 * error.share:.2f} % of the way",
             )
+        if laid_on is not None:
+            say(out, laid_on.told)
     if output is not None:
         with wrote(output, quiet=as_json):
-            draw_plan(output, map_)
+            draw_plan(output, map_, laid_on)
 
 
 @app.command(

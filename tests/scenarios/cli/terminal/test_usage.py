@@ -13,7 +13,7 @@ from refseq_bench.scenarios.cli.app import NAMES, command_tree
 from refseq_bench.scenarios.cli.terminal.usage import RENAMED_COMMANDS, RENAMED_OPTIONS
 from tests.scenarios.conftest import Refseq
 
-SEVERAL_MEANINGS = {"--output": {"FILE", "FOLDER"}}
+SEVERAL_MEANINGS = {"--output": {"FILE", "FOLDER"}, "--at": {"X,Y,Z", "PLACE=X,Y"}}
 """Placeholders of options that have more than one."""
 
 
