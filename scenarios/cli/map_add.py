@@ -12,10 +12,11 @@ from refseq_bench.scenarios.cli.terminal.options import (
     MapFile,
     NoisySelection,
     Seed,
+    defaulting,
     grouped,
     option,
-    output,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import MAP_TO_WRITE
 from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive
 from refseq_bench.scenarios.tables import say
 
@@ -36,7 +37,7 @@ A drive that was added before adds nothing. Exit codes: 0 done; 2 bad input: the
 def add(
     map_file: MapFile,
     drive_file: Annotated[Path, typer.Argument(metavar="DRIVE", help=f"Later drive: {LOG_KINDS}")],
-    output: Annotated[Path | None, output("Map to write (.refseq). [default: MAP itself]")] = None,
+    output: Annotated[Path | None, defaulting(MAP_TO_WRITE, "MAP itself")] = None,
     well: Annotated[
         float,
         option("SHARE", "Keep a view that by itself finds its place with less probability.", min=0, max=1),

@@ -9,7 +9,6 @@ import typer
 from refseq_bench.scenarios.cli.map_add import ADD_HELP, add
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, wrote
 from refseq_bench.scenarios.cli.terminal.options import (
-    CHART,
     LOG_KINDS,
     Features,
     Json,
@@ -22,10 +21,17 @@ from refseq_bench.scenarios.cli.terminal.options import (
     flag,
     grouped,
     option,
-    output,
+)
+from refseq_bench.scenarios.cli.terminal.outputs import (
+    ARRAYS,
+    CHART,
+    DECISIONS,
+    MAP_TO_WRITE,
+    PAGE,
+    file_to_write,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_ending, check_output, read_drive, words
+from refseq_bench.scenarios.drives.inputs import check_output, read_drive, words
 from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
@@ -56,7 +62,7 @@ MinOverlap = Annotated[float, option("METRES", "Shortest stretch that is joined.
 @grouped
 def learn(
     recording: Annotated[Path, typer.Argument(metavar="RECORDING", help=f"First drive: {LOG_KINDS}")],
-    output: Annotated[Path, output("Map to write (.refseq).")],
+    output: Annotated[Path, MAP_TO_WRITE],
     sensors: Sensors = None,
     profile: Profile = "thesis",
     features: Features = None,
@@ -107,13 +113,13 @@ def learn(
 )
 def merge(
     maps: Annotated[list[Path], typer.Argument(metavar="MAP", help="Maps to merge, merged ones among them.")],
-    output: Annotated[Path, output("Map to write (.refseq).")],
+    output: Annotated[Path, MAP_TO_WRITE],
     decisions: Annotated[Path | None, option("FILE", "Joins that a person made or refused (.toml).")] = None,
     write_decisions: Annotated[
-        Path | None, option("FILE", "Joins made and refused, with the reasons, to write (.toml).")
+        Path | None, file_to_write(DECISIONS, "Joins made and refused, with the reasons, to write")
     ] = None,
     page: Annotated[
-        Path | None, option("FILE", "Page to look at the joins and to decide about them, to write (.html).")
+        Path | None, file_to_write(PAGE, "Page to look at the joins and to decide about them, to write")
     ] = None,
     recordings: Annotated[
         list[Path] | None,
@@ -189,9 +195,6 @@ def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, 
     if recordings and page is None:
         raise ScenarioError("--recordings has pictures for the page of --page; valid is to ask for that as well")
     check_recordings(recordings)
-    for beside, what in ((decisions, "its decisions"), (page, "its page")):
-        if beside is not None and beside.resolve() == output.resolve():
-            raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
 
 
 def _tell_merged(merged: "Merged", read: "Sequence[Map]", whole: "Map", output: Path) -> None:
@@ -234,7 +237,7 @@ def ask(decision: "Decision") -> "Decision":
 )
 def compact(
     map_file: MapFile,
-    output: Annotated[Path, output("Map to write (.refseq).")],
+    output: Annotated[Path, MAP_TO_WRITE],
     alike: Annotated[
         float,
         option("SHARE", "Join places that differ by at most this share of what places far apart do.", min=0, max=1),
@@ -276,7 +279,7 @@ def similarity(
     one: MapFile,
     other: Annotated[Path, typer.Argument(metavar="OTHER", help="Map to compare with.")],
     output: Annotated[Path | None, CHART] = None,
-    arrays: Annotated[Path | None, option("FILE", "Both matrices to write, there and back (.npz).")] = None,
+    arrays: Annotated[Path | None, file_to_write(ARRAYS, "Both matrices to write, there and back")] = None,
     min_overlap: MinOverlap = 5.0,
     as_json: Json = False,
 ) -> None:
@@ -285,13 +288,9 @@ def similarity(
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps.checks import read_maps
     from refseq_bench.scenarios.maps.joins import decision_table
-    from refseq_bench.scenarios.maps.matrix import check_picture
     from refseq_bench.scenarios.maps.similarity import draw, similarity_of, write_arrays
 
     check_output(output, arrays, of=[one, other])
-    if output is not None:
-        check_picture(output)
-    check_ending(arrays, ".npz", "arrays")
     settings = OverlapSettings(least=min_overlap)
     first, second = read_maps([one, other], first_of_one_path=True)
     every, matrices = merge_maps([first, second], settings).decisions, similarity_of(first, second)
@@ -321,12 +320,9 @@ def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_jso
     """Draw the paths of a merged map where joins and odometry put them, and tell the error where truth is known."""
     from refseq.atlas.sharing import loops_of
     from refseq.map.map import Map
-    from refseq_bench.scenarios.maps.matrix import check_picture
     from refseq_bench.scenarios.maps.plan import check_plan, draw_plan, plan_error
 
-    if output is not None:
-        check_output(output, of=[map_file])
-        check_picture(output)
+    check_output(output, of=[map_file])
     map_ = Map.load(map_file)
     check_plan(map_, map_file)
     error = plan_error(map_)
@@ -407,7 +403,6 @@ def matrix(
     from refseq.inference.matching.neighbours import Neighbours
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.matrix import (
-        check_picture,
         draw,
         features_table,
         information_table,
@@ -416,9 +411,7 @@ def matrix(
         top_features,
     )
 
-    if output is not None:
-        check_output(output, of=[map_file])
-        check_picture(output)
+    check_output(output, of=[map_file])
     sequence = Map.load(map_file).sequence
     found, neighbours = sequence.matrix, Neighbours.of(sequence.along)
     title = f"{map_file.name}: {found.N} features at {found.K} places"

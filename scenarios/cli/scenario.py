@@ -22,6 +22,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
     output,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import DRAWING, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_folder, check_new, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
@@ -390,7 +391,7 @@ Numbers stand where they belong on their axis, lights at their hours; texts that
 )
 def curves(
     folders: Annotated[list[Path], typer.Argument(metavar="FOLDER", help="Folders that `refseq scenario run` filled.")],
-    output: Annotated[Path, output("Picture to write (.svg).")] = Path("curves.svg"),
+    output: Annotated[Path, output_file(DRAWING, "Picture to write")] = Path("curves.svg"),
     methods: Annotated[str | None, option("NAMES", "Only these, commas between. [default: all that answered]")] = None,
 ) -> None:
     """Draw success over the one key that a scenario varies, a panel for each scenario."""
@@ -399,8 +400,6 @@ def curves(
     from refseq_bench.scenarios.campaign.store.result_file import read_result
     from refseq_bench.scenarios.report.plots.sweep import success_over_each
 
-    if output.suffix != ".svg":
-        raise ScenarioError(f"{output}: is no picture that can be written; valid is a name ending in .svg")
     sweeps = sweeps_of([read_result(folder) for folder in folders], words(methods, "--methods") or ())
     with writing(output):
         replace_text(output, success_over_each(sweeps).standalone)

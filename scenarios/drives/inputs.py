@@ -104,12 +104,6 @@ def check_new(path: Path) -> None:
         raise ScenarioError(f"{path}: is there already; valid is a new file")
 
 
-def check_ending(path: Path | None, ending: str, what: str) -> None:
-    """Tell that a name is none of ``what``, whose files end so; None: none is asked for."""
-    if path is not None and path.suffix.lower() != ending:
-        raise ScenarioError(f"{path}: is no name of {what}; valid is one that ends in {ending}")
-
-
 def check_beside(source: Path, target: Path) -> None:
     """Tell that a result would overwrite what it is made of, or lie within it."""
     made, of = target.resolve(), source.resolve()

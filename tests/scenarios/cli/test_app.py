@@ -193,7 +193,7 @@ BAD_INPUT = [
     ("localise map.refseq run.mcap -o missing/b.parquet", "missing/b.parquet: cannot be written: there is no folder"),
     ("map matrix map.refseq -o folder", "folder: is a folder; valid is the name of a file to write"),
     ("map matrix map.refseq -o missing/m.png", "missing/m.png: cannot be written: there is no folder missing"),
-    ("map matrix map.refseq -o m.txt", "m.txt: is no picture's name; valid are names that end in .png, .svg, .pdf"),
+    ("map matrix map.refseq -o m.txt", "m.txt: is no name of a picture; valid is one that ends in .png, .svg or .pdf"),
     ("report map.refseq run.mcap beliefs.parquet -o folder", "folder: is a folder; valid is the name of a file"),
     ("report map.refseq run.mcap beliefs.parquet -o missing/r.html", "missing/r.html: cannot be written: there is no"),
     ("view run.mcap -o missing/new.rrd", "missing/new.rrd: cannot be written: there is no folder missing"),

@@ -457,7 +457,7 @@ def test_parts_that_nothing_joins_are_told(refseq: Refseq, here: Path) -> None:
         ("cut.refseq west.refseq -o x.refseq", "cut.refseq: is not a .refseq map, or is damaged"),
         (
             "west.refseq east.refseq -o x.refseq --write-decisions x.refseq",
-            "x.refseq: is the map and its decisions at once; valid are two files",
+            "x.refseq: is no name of decisions; valid is one that ends in .toml",
         ),
         ("west.refseq east.refseq -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
         ("west.refseq east.refseq -o x.refseq --min-overlap -1", "overlap.least is -1.0 m; valid is 0 or more"),
@@ -590,7 +590,10 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
     ("words", "told"),
     [
         ("west.refseq thesis.refseq", "thesis.refseq: features are sift/forward"),
-        ("west.refseq east.refseq -o alike.txt", "alike.txt: is no picture's name"),
+        (
+            "west.refseq east.refseq -o alike.txt",
+            "alike.txt: is no name of a picture; valid is one that ends in .png, .svg or .pdf",
+        ),
         (
             "west.refseq east.refseq --arrays alike.mat",
             "alike.mat: is no name of arrays; valid is one that ends in .npz",
