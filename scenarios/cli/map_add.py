@@ -17,7 +17,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
 )
 from refseq_bench.scenarios.cli.terminal.outputs import MAP_TO_WRITE
-from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive
+from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive, replacement
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
@@ -30,7 +30,8 @@ ADD_HELP = """Examples:
 * `refseq map add map.refseq evening.mcap -o larger.refseq`
 * `refseq map add whole.refseq evening.mcap --most 2 --well 0.8`
 
-A drive that was added before adds nothing. Exit codes: 0 done; 2 bad input: the map stays as it was."""
+A drive that was added before adds nothing. Exit codes: 0 done; 2 bad input, or another command has changed the map
+meanwhile: it stays as it was."""
 
 
 @grouped
@@ -53,12 +54,14 @@ def add(
 
     target = output or map_file
     check_output(target, of=[drive_file, *selection.chosen().files])
+    replacing = replacement(target, [map_file])
     map_ = load_map(map_file)
     drive = read_drive(drive_file, selection.with_noise(seed + 1))
     rules = GrowthSettings(well=well, most=most)
     grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
     if not grown.known or output is not None:
-        grown.map.save(target)
+        with replacing:
+            grown.map.save(target)
     if abs(grown.stretch - 1) > STRETCHED:
         told = f"shows {grown.stretch:.2f} m for each metre of the map's: one of them has another scale"
         say(err, f"note: the odometry of {drive_file.name} {told}")

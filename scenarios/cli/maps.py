@@ -31,7 +31,7 @@ from refseq_bench.scenarios.cli.terminal.outputs import (
     file_to_write,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_output, read_drive, words
+from refseq_bench.scenarios.drives.inputs import check_output, read_drive, replacement, words
 from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
@@ -147,7 +147,7 @@ def merge(
     from refseq_bench.scenarios.maps.joins_page import write_joins_page
 
     _check_merge_files(output, write_decisions, page, recordings or [])
-    settings = OverlapSettings(least=min_overlap)
+    settings, replacing = OverlapSettings(least=min_overlap), replacement(output, maps)
     files, before = (maps, []) if keep_joins else members.with_members(maps)
     # A map that was merged before may be replaced: its members stay.
     check_output(output, write_decisions, page, of=files)
@@ -156,12 +156,13 @@ def merge(
     wishes = in_order(asked, read)
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
     check_made(merged.decisions, joins.BY_A_PERSON)
-    if write_decisions is not None:
-        joins.write_decisions(write_decisions, merged.decisions)
-    if page is not None:
-        write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
     whole = _with_members(merged, read, files, output, wishes)
-    whole.save(output)
+    with replacing:
+        if write_decisions is not None:
+            joins.write_decisions(write_decisions, merged.decisions)
+        if page is not None:
+            write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
+        whole.save(output)
     _tell_merged(merged, read, whole, output)
 
 
