@@ -143,16 +143,19 @@ def merge(
     from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins, members
-    from refseq_bench.scenarios.maps.checks import check_made, in_order, read_maps
+    from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
     from refseq_bench.scenarios.maps.joins_page import write_joins_page
+    from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
     _check_merge_files(output, write_decisions, page, recordings or [])
     settings, replacing = OverlapSettings(least=min_overlap), replacement(output, maps)
     files, before = (maps, []) if keep_joins else members.with_members(maps)
     # A map that was merged before may be replaced: its members stay.
     check_output(output, write_decisions, page, of=files)
-    asked = _asked_joins(decisions, before)
-    read = read_maps(files, asked)
+    given = joins.read_decisions(decisions) if decisions else joins.GivenDecisions([], [])
+    check_agreeing(given.persons)
+    asked = members.newest(given.persons, before)
+    read = read_maps(files, asked, given.machines)
     wishes = in_order(asked, read)
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
     check_made(merged.decisions, joins.BY_A_PERSON)
@@ -163,17 +166,7 @@ def merge(
         if page is not None:
             write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
         whole.save(output)
-    _tell_merged(merged, read, whole, output)
-
-
-def _asked_joins(decisions: Path | None, before: "Sequence[Decision]") -> "list[Decision]":
-    """Decisions of a person about joins: those in a file, and earlier ones of merged maps about other stretches."""
-    from refseq_bench.scenarios.maps import joins, members
-    from refseq_bench.scenarios.maps.checks import check_agreeing
-
-    asked = joins.read_decisions(decisions) if decisions else []
-    check_agreeing(asked)
-    return members.newest(asked, before)
+    _tell_merged(merged, merge_notes(merged, read, given.machines), sum(map(len, read)), whole, output)
 
 
 def _with_members(
@@ -198,19 +191,18 @@ def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, 
     check_recordings(recordings)
 
 
-def _tell_merged(merged: "Merged", read: "Sequence[Map]", whole: "Map", output: Path) -> None:
+def _tell_merged(merged: "Merged", notes: "Sequence[str]", places: int, whole: "Map", output: Path) -> None:
     """Print the joins, what is to be known of them, and how large the written map is."""
     from refseq_bench.scenarios.maps.joins import decision_table
-    from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
     if merged.decisions:
         out.print(decision_table(merged.decisions))
-    for line in merge_notes(merged, read):
+    for line in notes:
         say(err, f"note: {line}")
     joined = sum(decision.joined for decision in merged.decisions)
     say(
         out,
-        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {sum(map(len, read))}, {len(whole.links)} links, "
+        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {places}, {len(whole.links)} links, "
         f"{joined} of {len(merged.decisions)} stretches joined",
     )
 

@@ -144,9 +144,9 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     assert links in (1, 2)
     assert [path.name for path in atlas.paths] == ["west", "east"]
     told = here / "joins.toml"
-    assert read_decisions(told) == [], "what the machine did is no word of a person"
+    assert read_decisions(told).persons == [], "what the machine did is no word of a person"
     told.write_text(told.read_text().replace("joined = true", "joined = false"))
-    (turned,) = read_decisions(told)
+    (turned,) = read_decisions(told).persons
     assert not turned.joined
     assert np.abs(np.subtract(turned.first, (16, 27))).max() <= 2
     refseq("map", "merge", "west.refseq", "east.refseq", "-o", "apart.refseq", "--decisions", "joins.toml")
@@ -165,7 +165,7 @@ def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Pat
     assert refseq(*words, "--decisions", "joins.toml", "--write-decisions", "later.toml").code == 0
     (ruling,) = Map.load(here / "two.refseq").record.rulings
     assert ruling.joined
-    (kept,) = read_decisions(here / "later.toml")
+    (kept,) = read_decisions(here / "later.toml").persons
     assert (kept.first, kept.second) == (ruling.first, ruling.second)
 
 
@@ -190,6 +190,40 @@ def test_decisions_about_other_maps_of_the_same_names_are_refused(refseq: Refseq
     assert f"'west' are {found[1]}" in answer.err
     assert answer.err.endswith("or a join without lengths_m where you changed its views\n")
     assert not (here / "x.refseq").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ((r"second = .*", "second = [0, 470]"), "'east' has no views 0 to 470; valid are 0 to 27"),
+        ((r"second = .*", "second = [0, 5]"), "views 0 to 5 of 'east' are "),
+        (('other = "east"', 'other = "north"'), "sequence 'north' is unknown; valid are west, east"),
+    ],
+)
+def test_a_machines_decision_that_a_person_changed_is_not_passed_over(
+    refseq: Refseq, here: Path, change: tuple[str, str], told: str
+) -> None:
+    words = ["map", "merge", "west.refseq", "east.refseq", "-o", "x.refseq"]
+    west, east = (Map.load(here / f"{name}.refseq").paths[0].along for name in ("west", "east"))
+    lengths = float(west[27] - west[16]), float(east[11] - east[0])
+    write_decisions(here / "joins.toml", [Decision("west", "east", (16, 27), (0, 11), lengths, True, "it agrees")])
+    text = (here / "joins.toml").read_text()
+    assert "machine = true" in text
+    (here / "joins.toml").write_text(re.sub(*change, text))
+    answer = refseq(*words, "--decisions", "joins.toml")
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert answer.err.startswith(f"error: decisions: {told}")
+    assert not (here / "x.refseq").exists()
+
+
+def test_a_machines_decision_without_its_lengths_is_a_persons(tmp_path: Path) -> None:
+    write_decisions(tmp_path / "joins.toml", DECISIONS)
+    text = (tmp_path / "joins.toml").read_text()
+    assert len(read_decisions(tmp_path / "joins.toml").machines) == 2
+    (tmp_path / "joins.toml").write_text(re.sub(r"lengths_m = .*\n", "", text, count=1))
+    persons, machines = read_decisions(tmp_path / "joins.toml")
+    assert [(one.sides, one.lengths, one.why) for one in persons] == [(DECISIONS[0].sides, (0, 0), BY_A_PERSON)]
+    assert [one.sides for one in machines] == [DECISIONS[1].sides]
 
 
 def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path) -> None:
@@ -542,7 +576,7 @@ def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
 
 def test_decisions_are_read_as_they_were_written(tmp_path: Path) -> None:
     write_decisions(tmp_path / "joins.toml", [replace(one, why=BY_A_PERSON) for one in DECISIONS])
-    read = read_decisions(tmp_path / "joins.toml")
+    read = read_decisions(tmp_path / "joins.toml").persons
     assert [d.why for d in read] == [BY_A_PERSON] * 2
     for one, other in zip(read, DECISIONS, strict=True):
         assert (one.one, one.other, one.first, one.second) == (other.one, other.other, other.first, other.second)
