@@ -30,7 +30,9 @@ class Merged:
     found: tuple[FoundOverlap, ...] = ()
     """Stretches that the decisions are about, one each."""
     strained: tuple[Decision, ...] = ()
-    """Joins that a person made, and that odometry and all other joins contradict."""
+    """Joins that a person made, and that odometry and all other joins contradict, ``overruled`` ones among these."""
+    overruled: tuple[Decision, ...] = ()
+    """Joins that would be made without those of a person, and are refused as they contradict these."""
 
 
 def merge(maps: Iterable[Map], settings: OverlapSettings | None = None) -> Map:
@@ -77,10 +79,12 @@ def merge_maps(
         for one, wish in zip(own, added, strict=True)
     ]
     joined = [one.found for one in told if one.decision.joined]
-    strained = {id(one) for one in merging.strained(joined)}
+    overruled = merging.overruled(found, verdicts, wishes)
+    strained = {id(one) for one in merging.strained([*joined, *overruled])}
     against = tuple(one.decision for one in told if one.by_person and id(one.found) in strained)
     decisions, stretches = tuple(one.decision for one in told), tuple(one.found for one in told)
-    return Merged(merging.map(joined), decisions, stretches, against)
+    yielding = tuple(one.decision for one in told if any(one.found is other for other in overruled))
+    return Merged(merging.map(joined), decisions, stretches, against, yielding)
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +215,17 @@ class _Merging:
         begin = len(graph.candidates) - len(tracked)
         every = range(len(graph.candidates))
         return [one for n, one in enumerate(tracked, begin) if graph.is_strained(n, every)]
+
+    def overruled(
+        self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None], wishes: Sequence[Decision]
+    ) -> list[FoundOverlap]:
+        """Stretches that are contradicted, and agree where nothing is given but what ``wishes`` refuse."""
+        refusals = [wish for wish in wishes if not wish.joined]
+        if len(refusals) == len(wishes) or Verdict.CONTRADICTED not in verdicts:
+            return []
+        alone = self.verdicts(found, refusals)
+        changed = (Verdict.CONTRADICTED, Verdict.AGREES)
+        return [one for one, *both in zip(found, verdicts, alone, strict=True) if tuple(both) == changed]
 
     def _tracked(self, join: CandidateJoin) -> bool:
         return all(len(self._tracks[path]) for path in (join.one, join.other))

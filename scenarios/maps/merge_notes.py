@@ -21,6 +21,7 @@ def merge_notes(merged: Merged, maps: Sequence[Map], machines: Sequence[Decision
         *_robots(maps),
         *_scales(merged.decisions),
         *_strained(merged.strained),
+        *_overruled(merged.overruled),
         *_not_found(machines, merged.decisions, maps),
     ]
 
@@ -59,6 +60,11 @@ def _scales(decisions: Sequence[Decision]) -> Iterator[str]:
 def _strained(decisions: Sequence[Decision]) -> Iterator[str]:
     for one in decisions:
         yield f"{in_words(one)} is joined as a person says, though odometry and the other joins contradict it"
+
+
+def _overruled(decisions: Sequence[Decision]) -> Iterator[str]:
+    for one in decisions:
+        yield f"{in_words(one)} is refused as it contradicts a person's joins, and would be joined without these"
 
 
 def _not_found(machines: Sequence[Decision], found: Sequence[Decision], maps: Sequence[Map]) -> Iterator[str]:

@@ -413,11 +413,11 @@ def test_decisions_that_contradict_each_other_are_told(
     assert not (here / "x.refseq").exists()
 
 
-def decided(refseq: Refseq, here: Path, maps: str, *joins: Decision) -> Answer:
+def decided(refseq: Refseq, here: Path, maps: str, *joins: Decision, more: Sequence[str] = ()) -> Answer:
     """Merge some maps by a person's decisions."""
     write_decisions(here / "by-hand.toml", [replace(join, why=BY_A_PERSON) for join in joins])
     names = [f"{name}.refseq" for name in maps.split()]
-    return refseq("map", "merge", *names, "-o", "by-hand.refseq", "--decisions", "by-hand.toml")
+    return refseq("map", "merge", *names, "-o", "by-hand.refseq", "--decisions", "by-hand.toml", *more)
 
 
 def join(one: str, other: str, first: tuple[int, int], second: tuple[int, int], joined: bool = True) -> Decision:
@@ -435,22 +435,36 @@ def test_the_order_of_the_maps_does_not_matter_to_decisions(refseq: Refseq, here
     )
 
 
-@pytest.mark.slow
+CONTRADICTED = "is joined as a person says, though odometry and the other joins contradict it"
+
+
 def test_what_a_person_says_is_taken_and_what_speaks_against_it_told(refseq: Refseq, here: Path) -> None:
     """Views 16 to 27 of the west are 0 to 11 of the east; a person says that 18 to 27 are 18 to 27."""
-    answer = decided(refseq, here, "west east", join("west", "east", (18, 27), (18, 27)))
+    answer = decided(refseq, here, "west east", join("west", "east", (18, 27), (18, 27)), more=("--page", "told.html"))
     assert answer.code == 0
     rows = [line.split() for line in answer.out.splitlines() if line.split()[:1] in (["joined"], ["refused"])]
     assert [row[0] for row in rows] == ["refused", "joined"], "the machine's join yields to a person's"
     assert rows[1][2] == rows[1][4] == "18-27"
-    assert answer.err == ""
-    # Two joins of one stretch to two others: both are a person's, and odometry has a word to say.
+    mine, its = answer.err.splitlines()
+    assert mine == f"note: west 18-27 = east 18-27 {CONTRADICTED}"
+    assert its.startswith(f"note: west {rows[0][2]} = east {rows[0][4]} is refused as it contradicts a person's joins")
+    page = (here / "told.html").read_text()
+    assert page.count("<strong>Against it:</strong> odometry and the other joins contradict it.") == 1
+
+
+@pytest.mark.slow
+def test_of_two_joins_of_one_stretch_the_odd_one_is_told(refseq: Refseq, here: Path) -> None:
+    """Both are a person's, and odometry has a word to say."""
     answer = decided(
         refseq, here, "west east", join("west", "east", (18, 27), (18, 27)), join("west", "east", (18, 27), (0, 9))
     )
     assert answer.code == 0
-    told = "is joined as a person says, though odometry and the other joins contradict it"
-    assert f"note: west 18-27 = east 18-27 {told}" in answer.err.splitlines()
+    assert f"note: west 18-27 = east 18-27 {CONTRADICTED}" in answer.err.splitlines()
+
+
+def test_a_join_of_a_persons_that_agrees_is_told_nothing_against(refseq: Refseq, here: Path) -> None:
+    answer = decided(refseq, here, "west east", join("west", "east", (16, 27), (0, 11)))
+    assert (answer.code, answer.err) == (0, "")
 
 
 def test_a_stretch_is_not_joined_to_one_of_another_length(refseq: Refseq, here: Path) -> None:
