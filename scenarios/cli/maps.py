@@ -56,7 +56,15 @@ app = group("Merge, compact and compare maps, find routes in them, look into the
 
 app.command("add", cls=BenchCommand, epilog=ADD_HELP)(add)
 
-MinOverlap = Annotated[float, option("METRES", "Shortest stretch that is joined.")]
+MinOverlap = Annotated[
+    float,
+    option(
+        "METRES",
+        "Shortest stretch that is joined by itself; from 0.6 of it on with the support of other joins.",
+        min=0,
+        max=1000,
+    ),
+]
 
 
 @grouped

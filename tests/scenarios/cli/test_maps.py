@@ -508,7 +508,13 @@ def test_parts_that_nothing_joins_are_told(refseq: Refseq, here: Path) -> None:
             "x.refseq: is no name of decisions; valid is one that ends in .toml",
         ),
         ("west.refseq east.refseq -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
-        ("west.refseq east.refseq -o x.refseq --min-overlap -1", "overlap.least is -1.0 m; valid is 0 or more"),
+        *(
+            (
+                f"west.refseq east.refseq -o x.refseq --min-overlap {metres}",
+                f"--min-overlap '{metres}' is not valid; valid is a number from 0 to 1000 [METRES]",
+            )
+            for metres in ("-1", "1e9", "nan")
+        ),
         ("west.refseq east.refseq -o x.refseq --decisions bad.toml", "bad.toml: is no TOML: "),
         ("west.refseq east.refseq -o x.refseq --decisions odd.toml", "bad.toml"),
     ],
