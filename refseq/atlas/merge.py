@@ -16,7 +16,7 @@ from refseq.atlas.look_alikes import look_alikes
 from refseq.atlas.loops import LoopSearch
 from refseq.atlas.overlap import SPACING, LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.scan_check import ScanCheck, lie
-from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, views_of
+from refseq.atlas.sharing import Joint, SharedPlaces, held_joins, joint_through, nearest, views_of
 from refseq.errors import MapError
 from refseq.map.map import Map, beside, check_is_map
 
@@ -30,7 +30,9 @@ class Merged:
     found: tuple[FoundOverlap, ...] = ()
     """Stretches that the decisions are about, one each."""
     strained: tuple[Decision, ...] = ()
-    """Joins that a person made, and that odometry and all other joins contradict."""
+    """Joins that a person made, and that odometry and all other joins contradict, ``overruled`` ones among these."""
+    overruled: tuple[Decision, ...] = ()
+    """Joins that would be made without those of a person, and are refused as they contradict these."""
 
 
 def merge(maps: Iterable[Map], settings: OverlapSettings | None = None) -> Map:
@@ -77,10 +79,12 @@ def merge_maps(
         for one, wish in zip(own, added, strict=True)
     ]
     joined = [one.found for one in told if one.decision.joined]
-    strained = {id(one) for one in merging.strained(joined)}
+    overruled = merging.overruled(found, verdicts, wishes)
+    strained = {id(one) for one in merging.strained([*joined, *overruled])}
     against = tuple(one.decision for one in told if one.by_person and id(one.found) in strained)
     decisions, stretches = tuple(one.decision for one in told), tuple(one.found for one in told)
-    return Merged(merging.map(joined), decisions, stretches, against)
+    yielding = tuple(one.decision for one in told if any(one.found is other for other in overruled))
+    return Merged(merging.map(joined), decisions, stretches, against, yielding)
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,6 +216,17 @@ class _Merging:
         every = range(len(graph.candidates))
         return [one for n, one in enumerate(tracked, begin) if graph.is_strained(n, every)]
 
+    def overruled(
+        self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None], wishes: Sequence[Decision]
+    ) -> list[FoundOverlap]:
+        """Stretches that are contradicted, and agree where nothing is given but what ``wishes`` refuse."""
+        refusals = [wish for wish in wishes if not wish.joined]
+        if len(refusals) == len(wishes) or Verdict.CONTRADICTED not in verdicts:
+            return []
+        alone = self.verdicts(found, refusals)
+        changed = (Verdict.CONTRADICTED, Verdict.AGREES)
+        return [one for one, *both in zip(found, verdicts, alone, strict=True) if tuple(both) == changed]
+
     def _tracked(self, join: CandidateJoin) -> bool:
         return all(len(self._tracks[path]) for path in (join.one, join.other))
 
@@ -287,8 +302,8 @@ class _Merging:
     def map(self, joined: Sequence[FoundOverlap]) -> Map:
         """The map with some overlaps joined, and the poses that all its joins give to its paths."""
         shared = SharedPlaces(self._map)
-        for giving in sorted(self._number, key=self._rank):
-            shared.take(self._number[giving], [(one.one, one.views) for one in self._given(joined, giving)])
+        for giving, joints in self._joints(joined).items():
+            shared.take(self._number[giving], joints)
         return shared.map(self._tracks, self._poses([one.join for one in joined]), self._loops(joined))
 
     def _loops(self, joined: Sequence[FoundOverlap]) -> list[NDArray[np.intp]]:
@@ -316,6 +331,25 @@ class _Merging:
     def _rank(self, name: str) -> tuple[int, str]:
         """Order of paths by the places that were learnt along them; a path's places go to those before it."""
         return len(self._map.paths[self._number[name]]), name
+
+    def _joints(self, joined: Sequence[FoundOverlap]) -> dict[str, list[Joint]]:
+        """Stretches that each path gives to others, by their ranks; where it gives one to two, these share it as well.
+
+        So a place is kept once where the join of the two was not found, or was refused for what it is beside.
+        """
+        order, paths = sorted(self._number, key=self._rank), self._map.paths
+        ranks = [self._rank(path.name) for path in paths]
+        found = {giving: [Joint(one.one, one.views) for one in self._given(joined, giving)] for giving in order}
+        for giving in reversed(order):
+            # Which of two keeps what they share is by their ranks: what was found here comes behind, whosever it is.
+            for one, other in combinations(sorted(found[giving], key=lambda joint: ranks[joint.keeper]), 2):
+                if one.keeper == other.keeper:
+                    continue
+                first, second = (paths[joint.keeper] for joint in (one, other))
+                shared = joint_through(paths[self._number[giving]], (first, one), (second, other))
+                if shared is not None:
+                    found[second.name].append(shared)
+        return found
 
     def _given(self, joined: Sequence[FoundOverlap], giving: str) -> list[FoundOverlap]:
         """Overlaps that a path gives away, by the paths that keep them."""

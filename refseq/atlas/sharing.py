@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,34 @@ def loops_of(path: MapPath) -> list[NDArray[np.intp]]:
     return stretches(path.loops, path.along, path.along, APART)
 
 
+class Joint(NamedTuple):
+    """Views of a path ``keeper`` and views that another path gives to it: ``pairs`` (n, 2), rising in both."""
+
+    keeper: int
+    pairs: NDArray[np.intp]
+
+
+def joint_through(path: MapPath, keeper: tuple[MapPath, Joint], other: tuple[MapPath, Joint]) -> Joint | None:
+    """The stretch that two paths share as a third one, ``path``, gives views of it to either of them.
+
+    None for less than ``APART`` on any of the three: joins that follow each other may overlap by a view or two.
+    """
+    (first, mine), (second, its) = keeper, other
+    begin, end = max(mine.pairs[0, 1], its.pairs[0, 1]), min(mine.pairs[-1, 1], its.pairs[-1, 1])
+    views = np.arange(begin, end + 1)
+    if len(views) < 2:
+        return None
+    sides = [
+        nearest(one.along, np.interp(path.along[views], path.along[joint.pairs[:, 1]], one.along[joint.pairs[:, 0]]))
+        for one, joint in ((first, mine), (second, its))
+    ]
+    lengths = [np.ptp(one.along[side]) for one, side in zip((path, first, second), (views, *sides), strict=True)]
+    if min(lengths) < APART:
+        return None
+    theirs, at = np.unique(sides[1], return_index=True)
+    return Joint(mine.keeper, np.column_stack([sides[0][at], theirs]))
+
+
 class SharedPlaces:
     """A map while places are taken out of one sequence after another."""
 
@@ -56,7 +85,7 @@ class SharedPlaces:
         self._paths = list(map_.paths)
         self._grown = map_.grown
 
-    def take(self, giving: int, joints: Sequence[tuple[int, NDArray[np.intp]]]) -> None:
+    def take(self, giving: int, joints: Sequence[Joint]) -> None:
         """Let views of a path be where others have theirs: each joint is a path, and pairs of its views and of these.
 
         Only places that the path holds itself are given away, each once, to where the other path's view is now.

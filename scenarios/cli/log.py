@@ -18,6 +18,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
     output,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import LAYOUT, PAGE_TO_WRITE, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_beside, check_output, plan_drive, thinned_drive, writing
 from refseq_bench.scenarios.errors import ScenarioError
@@ -77,7 +78,7 @@ def info(
 
 In Foxglove: menu of layouts, *Import from file…*, then open the log itself.""",
 )
-def layout(log: LogFile, output: Annotated[Path, output("Layout to write (.json).")]) -> None:
+def layout(log: LogFile, output: Annotated[Path, output_file(LAYOUT, "Layout to write")]) -> None:
     """Write a layout with which Foxglove shows the log: pictures, scans, odometry and truth."""
     from refseq.files import replace_text
     from refseq.logs import open_log
@@ -103,7 +104,7 @@ Exit code 0: the log can be localised; 1: it cannot; 2: it is no log, or an opti
 @grouped
 def check(
     log: LogFile,
-    output: Annotated[Path | None, output("Page to write (.html).")] = None,
+    output: Annotated[Path | None, PAGE_TO_WRITE] = None,
     as_json: Json = False,
     selection: Selection = Selection(),
 ) -> None:

@@ -1,5 +1,6 @@
 """The command ``refseq map add``: a later drive as further experiences of a map's places, or as new paths beside it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,17 +13,17 @@ from refseq_bench.scenarios.cli.terminal.options import (
     MapFile,
     NoisySelection,
     Seed,
+    defaulting,
     flag,
     grouped,
     option,
-    output,
 )
-from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive
+from refseq_bench.scenarios.cli.terminal.outputs import MAP_TO_WRITE
+from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive, replacement
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     from refseq.atlas.explore import ExploredPath
-    from refseq.logs.recording import Recording
     from refseq.map.growth.adding import Grown
     from refseq.map.map import Map
 
@@ -35,14 +36,14 @@ ADD_HELP = """Examples:
 
 With --explore stretches of a drive off the map become new paths, detour-1.refseq and so on beside the map that is
 written, and are merged with it; no experience of a known place is kept. A drive that was added before adds nothing.
-Exit codes: 0 done; 2 bad input: the map stays as it was."""
+Exit codes: 0 done; 2 bad input, or another command has changed the map meanwhile: it stays as it was."""
 
 
 @grouped
 def add(
     map_file: MapFile,
     drive_file: Annotated[Path, typer.Argument(metavar="DRIVE", help=f"Later drive: {LOG_KINDS}")],
-    output: Annotated[Path | None, output("Map to write (.refseq). [default: MAP itself]")] = None,
+    output: Annotated[Path | None, defaulting(MAP_TO_WRITE, "MAP itself")] = None,
     well: Annotated[
         float,
         option("SHARE", "Keep a view that by itself finds its place with less probability.", min=0, max=1),
@@ -60,17 +61,23 @@ def add(
 
     target = output or map_file
     check_output(target, of=[drive_file, *selection.chosen().files])
+    replacing = replacement(target, [map_file])
     map_ = load_map(map_file)
     if explore:
         check_target(map_file, map_, target)
     drive = read_drive(drive_file, selection.with_noise(seed + 1))
     if explore:
-        _explore(map_file, map_, drive_file, drive, target, seed, as_json=as_json)
+        from refseq.atlas.explore import explore as explore_map
+
+        found = explore_map(map_, drive.views, name=drive_file.stem, metadata=drive.metadata, seed=seed)
+        with replacing:
+            _add_paths(found, map_file, drive_file, target, as_json=as_json)
         return
     rules = GrowthSettings(well=well, most=most)
     grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
     if not grown.known or output is not None:
-        grown.map.save(target)
+        with replacing:
+            grown.map.save(target)
     if abs(grown.stretch - 1) > STRETCHED:
         told = f"shows {grown.stretch:.2f} m for each metre of the map's: one of them has another scale"
         say(err, f"note: the odometry of {drive_file.name} {told}")
@@ -80,15 +87,14 @@ def add(
     _tell_grown(grown, map_, drive_file.name, target, as_json=as_json)
 
 
-def _explore(
-    map_file: Path, map_: "Map", drive_file: Path, drive: "Recording", target: Path, seed: int, *, as_json: bool
+def _add_paths(
+    found: Sequence["ExploredPath"], map_file: Path, drive_file: Path, target: Path, *, as_json: bool
 ) -> None:
-    """Make new paths of what a drive shows off the map, and tell of them and of their joins."""
-    from refseq.atlas.explore import explore
+    """Write what a drive shows off a map as new paths of it, and tell of them and of their joins."""
     from refseq_bench.scenarios.cli.terminal.merged import tell_merged
     from refseq_bench.scenarios.maps.explored import explored_map
+    from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
-    found = explore(map_, drive.views, name=drive_file.stem, metadata=drive.metadata, seed=seed)
     made = explored_map(map_file, found, target) if found else None
     if as_json:
         print_json({"paths": [_as_record(one) for one in found], "joins": made.merged.decisions if made else []})
@@ -97,11 +103,9 @@ def _explore(
     else:
         for one in found:
             file, views = target.with_name(f"{one.map.names[0]}.refseq"), one.astray.path
-            told = (
-                f"views {views.start}:{views.stop} of {drive_file.name}, {one.astray.metres:.1f} m of them off the map"
-            )
-            say(out, f"{file}: {told}")
-        tell_merged(made.merged, made.read, made.whole, target)
+            stretch = f"views {views.start}:{views.stop} of {drive_file.name}"
+            say(out, f"{file}: {stretch}, {one.astray.metres:.1f} m of them off the map")
+        tell_merged(made.merged, merge_notes(made.merged, made.read), sum(map(len, made.read)), made.whole, target)
 
 
 def _as_record(one: "ExploredPath") -> dict[str, object]:

@@ -10,7 +10,6 @@ from refseq_bench.scenarios.cli.map_add import ADD_HELP, add
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, wrote
 from refseq_bench.scenarios.cli.terminal.merged import tell_merged
 from refseq_bench.scenarios.cli.terminal.options import (
-    CHART,
     LOG_KINDS,
     Features,
     Json,
@@ -23,17 +22,22 @@ from refseq_bench.scenarios.cli.terminal.options import (
     flag,
     grouped,
     option,
-    output,
+)
+from refseq_bench.scenarios.cli.terminal.outputs import (
+    ARRAYS,
+    CHART,
+    DECISIONS,
+    MAP_TO_WRITE,
+    PAGE,
+    file_to_write,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_ending, check_output, read_drive, words
+from refseq_bench.scenarios.drives.inputs import check_output, read_drive, replacement, words
 from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from refseq.atlas.decision import Decision
 
 BELOW = 1
@@ -49,13 +53,21 @@ app = group("Merge, compact and compare maps, find routes in them, look into the
 
 app.command("add", cls=BenchCommand, epilog=ADD_HELP)(add)
 
-MinOverlap = Annotated[float, option("METRES", "Shortest stretch that is joined.")]
+MinOverlap = Annotated[
+    float,
+    option(
+        "METRES",
+        "Shortest stretch that is joined by itself; from 0.6 of it on with the support of other joins.",
+        min=0,
+        max=1000,
+    ),
+]
 
 
 @grouped
 def learn(
     recording: Annotated[Path, typer.Argument(metavar="RECORDING", help=f"First drive: {LOG_KINDS}")],
-    output: Annotated[Path, output("Map to write (.refseq).")],
+    output: Annotated[Path, MAP_TO_WRITE],
     sensors: Sensors = None,
     profile: Profile = "thesis",
     features: Features = None,
@@ -106,13 +118,13 @@ def learn(
 )
 def merge(
     maps: Annotated[list[Path], typer.Argument(metavar="MAP", help="Maps to merge, merged ones among them.")],
-    output: Annotated[Path, output("Map to write (.refseq).")],
+    output: Annotated[Path, MAP_TO_WRITE],
     decisions: Annotated[Path | None, option("FILE", "Joins that a person made or refused (.toml).")] = None,
     write_decisions: Annotated[
-        Path | None, option("FILE", "Joins made and refused, with the reasons, to write (.toml).")
+        Path | None, file_to_write(DECISIONS, "Joins made and refused, with the reasons, to write")
     ] = None,
     page: Annotated[
-        Path | None, option("FILE", "Page to look at the joins and to decide about them, to write (.html).")
+        Path | None, file_to_write(PAGE, "Page to look at the joins and to decide about them, to write")
     ] = None,
     recordings: Annotated[
         list[Path] | None,
@@ -136,36 +148,30 @@ def merge(
     from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins, members
-    from refseq_bench.scenarios.maps.checks import check_made, in_order, read_maps
+    from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
     from refseq_bench.scenarios.maps.joins_page import write_joins_page
+    from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
     _check_merge_files(output, write_decisions, page, recordings or [])
-    settings = OverlapSettings(least=min_overlap)
+    settings, replacing = OverlapSettings(least=min_overlap), replacement(output, maps)
     files, before = (maps, []) if keep_joins else members.with_members(maps)
     # A map that was merged before may be replaced: its members stay.
     check_output(output, write_decisions, page, of=files)
-    asked = _asked_joins(decisions, before)
-    read = read_maps(files, asked)
+    given = joins.read_decisions(decisions) if decisions else joins.GivenDecisions([], [])
+    check_agreeing(given.persons)
+    asked = members.newest(given.persons, before)
+    read = read_maps(files, asked, given.machines)
     wishes = in_order(asked, read)
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
     check_made(merged.decisions, joins.BY_A_PERSON)
-    if write_decisions is not None:
-        joins.write_decisions(write_decisions, merged.decisions)
-    if page is not None:
-        write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
     whole = members.with_record(merged, read, files, output, wishes)
-    whole.save(output)
-    tell_merged(merged, read, whole, output)
-
-
-def _asked_joins(decisions: Path | None, before: "Sequence[Decision]") -> "list[Decision]":
-    """Decisions of a person about joins: those in a file, and earlier ones of merged maps about other stretches."""
-    from refseq_bench.scenarios.maps import joins, members
-    from refseq_bench.scenarios.maps.checks import check_agreeing
-
-    asked = joins.read_decisions(decisions) if decisions else []
-    check_agreeing(asked)
-    return members.newest(asked, before)
+    with replacing:
+        if write_decisions is not None:
+            joins.write_decisions(write_decisions, merged.decisions)
+        if page is not None:
+            write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
+        whole.save(output)
+    tell_merged(merged, merge_notes(merged, read, given.machines), sum(map(len, read)), whole, output)
 
 
 def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, recordings: list[Path]) -> None:
@@ -176,9 +182,6 @@ def _check_merge_files(output: Path, decisions: Path | None, page: Path | None, 
     if recordings and page is None:
         raise ScenarioError("--recordings has pictures for the page of --page; valid is to ask for that as well")
     check_recordings(recordings)
-    for beside, what in ((decisions, "its decisions"), (page, "its page")):
-        if beside is not None and beside.resolve() == output.resolve():
-            raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
 
 
 def ask(decision: "Decision") -> "Decision":
@@ -204,7 +207,7 @@ def ask(decision: "Decision") -> "Decision":
 )
 def compact(
     map_file: MapFile,
-    output: Annotated[Path, output("Map to write (.refseq).")],
+    output: Annotated[Path, MAP_TO_WRITE],
     alike: Annotated[
         float,
         option("SHARE", "Join places that differ by at most this share of what places far apart do.", min=0, max=1),
@@ -246,7 +249,7 @@ def similarity(
     one: MapFile,
     other: Annotated[Path, typer.Argument(metavar="OTHER", help="Map to compare with.")],
     output: Annotated[Path | None, CHART] = None,
-    arrays: Annotated[Path | None, option("FILE", "Both matrices to write, there and back (.npz).")] = None,
+    arrays: Annotated[Path | None, file_to_write(ARRAYS, "Both matrices to write, there and back")] = None,
     min_overlap: MinOverlap = 5.0,
     as_json: Json = False,
 ) -> None:
@@ -255,13 +258,9 @@ def similarity(
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps.checks import read_maps
     from refseq_bench.scenarios.maps.joins import decision_table
-    from refseq_bench.scenarios.maps.matrix import check_picture
     from refseq_bench.scenarios.maps.similarity import draw, similarity_of, write_arrays
 
     check_output(output, arrays, of=[one, other])
-    if output is not None:
-        check_picture(output)
-    check_ending(arrays, ".npz", "arrays")
     settings = OverlapSettings(least=min_overlap)
     first, second = read_maps([one, other], first_of_one_path=True)
     every, matrices = merge_maps([first, second], settings).decisions, similarity_of(first, second)
@@ -306,13 +305,10 @@ def plan(
     from refseq.atlas.sharing import loops_of
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.floor_plan import check_asked, lay_floor
-    from refseq_bench.scenarios.maps.matrix import check_picture
     from refseq_bench.scenarios.maps.plan import check_plan, draw_plan, plan_error
 
     check_asked(floor, at or [])
-    if output is not None:
-        check_output(output, of=[map_file, floor])
-        check_picture(output)
+    check_output(output, of=[map_file, floor])
     map_ = Map.load(map_file)
     check_plan(map_, map_file)
     laid_on = lay_floor(floor, at or [], map_) if floor is not None else None
@@ -397,7 +393,6 @@ def matrix(
     from refseq.inference.matching.neighbours import Neighbours
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.matrix import (
-        check_picture,
         draw,
         features_table,
         information_table,
@@ -406,9 +401,7 @@ def matrix(
         top_features,
     )
 
-    if output is not None:
-        check_output(output, of=[map_file])
-        check_picture(output)
+    check_output(output, of=[map_file])
     sequence = Map.load(map_file).sequence
     found, neighbours = sequence.matrix, Neighbours.of(sequence.along)
     title = f"{map_file.name}: {found.N} features at {found.K} places"

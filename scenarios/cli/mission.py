@@ -14,7 +14,6 @@ from refseq_bench.scenarios.cli.terminal.console import err, out, saved
 from refseq_bench.scenarios.cli.terminal.options import (
     CHANGE,
     LIGHT,
-    PICTURE,
     RENDERER,
     ROBOT,
     ROUTE,
@@ -32,6 +31,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
     output,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import PICTURE
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import assignments, check_folder, check_output, load_map, writing
 from refseq_bench.scenarios.errors import ScenarioError
@@ -221,11 +221,8 @@ def lamp(
     from refseq_bench.robots.behaviours import BehaviourOutcome
     from refseq_bench.scenarios.missions.lamp import LampRun, lamp_plan, read_program, run_in_world
     from refseq_bench.scenarios.robot_checks.behaviour_drive import behaviour_table
-    from refseq_bench.worlds.drawing.draw import check_picture
 
-    if output is not None:
-        check_picture(output)
-        check_output(output)
+    check_output(output)
     asked = LampRun(read_program(program), world, robot, route, seed, timeout)
     done = run_in_world(asked)
     out.print(behaviour_table(done))

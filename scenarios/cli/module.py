@@ -18,6 +18,7 @@ from refseq_bench.scenarios.cli.mission import (
 )
 from refseq_bench.scenarios.cli.terminal.console import err, out
 from refseq_bench.scenarios.cli.terminal.options import TIMEOUT, MapFile, Screen, flag, grouped, only_one_of, option
+from refseq_bench.scenarios.cli.terminal.outputs import SCREENING, file_to_write
 from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_output, load_map
@@ -165,7 +166,7 @@ def mission(
 def viewer(
     map_file: MapFile,
     rrd: Annotated[
-        Path | None, option("FILE", "File for the viewer to write instead (.rrd).", rich_help_panel=Screen.panel)
+        Path | None, file_to_write(SCREENING, "File for the viewer to write instead", rich_help_panel=Screen.panel)
     ] = None,
     screen: Screen = Screen(),
     access: RobotAddress = RobotAddress(),

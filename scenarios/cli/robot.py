@@ -10,7 +10,6 @@ from refseq_bench.scenarios.cli.terminal.console import out, print_json, saved
 from refseq_bench.scenarios.cli.terminal.options import (
     CAMERA_RENDERER,
     LIGHT,
-    PICTURE,
     RATE,
     ROUTE,
     SECONDS,
@@ -25,6 +24,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import PICTURE
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_output
 from refseq_bench.scenarios.tables import say
@@ -68,7 +68,7 @@ def show(
     from refseq_bench.scenarios.robot_checks.body import Body
     from refseq_bench.scenarios.robot_checks.facts import proportions_table, robot_facts, robot_table
 
-    _check_picture(output)
+    check_output(output)
     body = Body(load(robot))
     if as_json:
         print_json(robot_facts(body))
@@ -108,7 +108,7 @@ def filmstrip(
     from refseq_bench.scenarios.robot_checks.filmstrip import filmstrip as drawn
     from refseq_bench.sim.rendering.renderer import RendererKind
 
-    _check_picture(output)
+    check_output(output)
     asked = FilmedDrive(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
     pictures = list(film(asked))
     with saved(output, f"{len(pictures)} frames of {pictures[-1].time:.0f} s") as temporary:
@@ -172,7 +172,7 @@ def try_behaviours(
         parse_pose,
     )
 
-    _check_picture(output)
+    check_output(output)
     only_one_of(pose=pose, route=route)
     start = parse_pose(pose) if pose is not None else None
     asked = BehaviourDrive(robot, tuple(behaviours), world, route or "forward", start, seed, timeout)
@@ -203,7 +203,7 @@ def umbmark(
     from refseq_bench.scenarios.robot_checks.umbmark import umbmark_picture, umbmark_table
     from refseq_bench.sim.acceptance.umbmark import umbmark as drive_squares
 
-    _check_picture(output)
+    check_output(output)
     found = drive_squares(robot, side=side, runs=runs, seed=seed)
     out.print(umbmark_table(found))
     if output is not None:
@@ -239,12 +239,3 @@ def serve(
         say(out, f"{robot} in {world} listens at {address}; Ctrl-C ends")
         sys.stdout.flush()
         run()
-
-
-def _check_picture(output: Path | None) -> None:
-    """See that a picture can be written, before the work that goes into it."""
-    from refseq_bench.worlds.drawing.draw import check_picture
-
-    if output is not None:
-        check_picture(output)
-        check_output(output)

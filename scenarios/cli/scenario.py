@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,8 +23,9 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
     output,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import DRAWING, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_folder, check_new, words, writing
+from refseq_bench.scenarios.drives.inputs import check_folder, check_new, replacement, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import print_whole, say
 from refseq_bench.text_file import TextFileError, read_text
@@ -321,7 +323,7 @@ def tables(
     from refseq_bench.scenarios.campaign.pages.tables import CampaignRuns, blocks, replaced, selected_blocks, stale
     from refseq_bench.scenarios.campaign.store.result_file import read_result
 
-    text = _text_of(page)
+    replacing, text = replacement(page, [page]), _text_of(page)
     wanted = selected_blocks(blocks(text, str(page)), table or (), str(page))
     changed = list(stale(wanted, CampaignRuns([read_result(folder) for folder in folders])))
     for block, _ in changed:
@@ -330,7 +332,8 @@ def tables(
     if check and changed:
         raise typer.Exit(FAILED)
     if changed and not check:
-        replace_text(page, replaced(text, changed))
+        with replacing, writing(page):
+            replace_text(page, replaced(text, changed))
 
 
 def _text_of(page: Path) -> str:
@@ -362,13 +365,15 @@ def validity(
     from refseq_bench.scenarios.campaign.store.result_file import read_result
     from refseq_bench.scenarios.report.plots.order import real_over_twin
 
+    replacing = nullcontext() if page is None else replacement(page, [page])
     text = None if page is None else _text_of(page)
     campaigns = [read_result(folder) for folder in folders]
     body = report_of(campaigns)
     if page is None or text is None:
         typer.echo(body, nl=False)
     else:
-        replace_text(page, page_with(text, body, str(page)))
+        with replacing, writing(page):
+            replace_text(page, page_with(text, body, str(page)))
         say(out, f"{page}: filled")
     if plots is not None:
         check_folder(plots)
@@ -391,7 +396,7 @@ Numbers stand where they belong on their axis, lights at their hours; texts that
 )
 def curves(
     folders: Annotated[list[Path], typer.Argument(metavar="FOLDER", help="Folders that `refseq scenario run` filled.")],
-    output: Annotated[Path, output("Picture to write (.svg).")] = Path("curves.svg"),
+    output: Annotated[Path, output_file(DRAWING, "Picture to write")] = Path("curves.svg"),
     methods: Annotated[str | None, option("NAMES", "Only these, commas between. [default: all that answered]")] = None,
 ) -> None:
     """Draw success over the one key that a scenario varies, a panel for each scenario."""
@@ -400,8 +405,6 @@ def curves(
     from refseq_bench.scenarios.campaign.store.result_file import read_result
     from refseq_bench.scenarios.report.plots.sweep import success_over_each
 
-    if output.suffix != ".svg":
-        raise ScenarioError(f"{output}: is no picture that can be written; valid is a name ending in .svg")
     sweeps = sweeps_of([read_result(folder) for folder in folders], words(methods, "--methods") or ())
     with writing(output):
         replace_text(output, success_over_each(sweeps).standalone)

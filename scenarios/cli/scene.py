@@ -7,7 +7,8 @@ import typer
 
 from refseq_bench.scenarios.cli.mission import BELOW, app
 from refseq_bench.scenarios.cli.terminal.console import out
-from refseq_bench.scenarios.cli.terminal.options import option, output
+from refseq_bench.scenarios.cli.terminal.options import option
+from refseq_bench.scenarios.cli.terminal.outputs import SCENE, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand
 from refseq_bench.scenarios.drives.inputs import check_output, writing
 from refseq_bench.scenarios.tables import say
@@ -29,7 +30,7 @@ def scene(
     at: Annotated[
         float, option("METRES", "Cut it where the robot was so far along the drive, by odometry.", "--along")
     ],
-    output: Annotated[Path, output("Scene to write (.scene).")],
+    output: Annotated[Path, output_file(SCENE, "Scene to write")],
     camera: Annotated[str, option("NAME", "Camera that saw it.", "--seen-by")] = "camera-1",
     box: Annotated[str | None, option("X,Y,WIDTH,HEIGHT", "Part of the picture [pixels]. [default: all of it]")] = None,
 ) -> None:

@@ -9,7 +9,6 @@ from refseq_bench.scenarios.cli.terminal.console import out, print_json, saved
 from refseq_bench.scenarios.cli.terminal.options import (
     CHANGE,
     LIGHT,
-    PICTURE,
     ROBOT,
     ROUTE,
     Along,
@@ -18,10 +17,10 @@ from refseq_bench.scenarios.cli.terminal.options import (
     World,
     defaulting,
     option,
-    output,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import PICTURE, PLAN, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_ending, check_new, check_output, writing
+from refseq_bench.scenarios.drives.inputs import check_new, check_output, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -107,11 +106,10 @@ def draw(
     ] = None,
 ) -> None:
     """Draw the plan of a world, with a scale, north and the sun."""
-    from refseq_bench.worlds.drawing.draw import check_picture, draw_plan
+    from refseq_bench.worlds.drawing.draw import draw_plan
     from refseq_bench.worlds.light import light_named
     from refseq_bench.worlds.plans.load import load_plan
 
-    check_picture(output)
     plan, setting = load_plan(world), light_named(light) if light else None
     with saved(output) as temporary:
         draw_plan(plan, temporary, setting, route)
@@ -140,10 +138,8 @@ def contact_sheet(
     from refseq_bench.scenarios.drives.record import Drive
     from refseq_bench.scenarios.world_survey.contact_sheet import contact_sheet as drawn
     from refseq_bench.scenarios.world_survey.snapshots import places_on, snapshots
-    from refseq_bench.worlds.drawing.draw import check_picture
     from refseq_bench.worlds.light import light_named
 
-    check_picture(output)
     check_output(output)
     lights = tuple(dict.fromkeys(light or ("09:00", "13:00", "18:00", "late-evening")))
     for name in lights:
@@ -207,10 +203,8 @@ def day(
     from refseq_bench.scenarios.drives.record import Drive
     from refseq_bench.scenarios.world_survey.day import Day, day_curve, day_table, through_the_day
     from refseq_bench.scenarios.world_survey.snapshots import places_on
-    from refseq_bench.worlds.drawing.draw import check_picture
     from refseq_bench.worlds.light import light_named
 
-    check_picture(output)
     check_output(output)
     lights = _lights(first_hour, last_hour, step, conditions)
     drive = Drive(world=world, light=light_named(light).name, route=route)
@@ -234,13 +228,12 @@ def _lights(first: int, last: int, step: int, conditions: str) -> "tuple[LightSe
 
 
 @app.command(cls=BenchCommand, epilog="Example: `refseq world generate --seed 7 -o mine.toml`")
-def generate(output: Annotated[Path, output("Plan to write (.toml).")], seed: Seed = 1) -> None:
+def generate(output: Annotated[Path, output_file(PLAN, "Plan to write")], seed: Seed = 1) -> None:
     """Write the plan of a new corridor, to look at and go on with; `corridor:N` is the same without a file."""
     from refseq.files import replace_text
     from refseq_bench.worlds.plans.generate import corridor
     from refseq_bench.worlds.plans.write import plan_text
 
-    check_ending(output, ".toml", "a plan")
     check_new(output)
     plan = corridor(seed)
     with writing(output):

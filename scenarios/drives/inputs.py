@@ -1,14 +1,17 @@
 """Read recordings, maps and beliefs; check names and files; a mistake is told in one line."""
 
+import fcntl
+import hashlib
 import logging
 import math
 import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from refseq.files import open_input
 from refseq_bench.scenarios.drives.left_out import views_left_out
 from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
@@ -104,12 +107,6 @@ def check_new(path: Path) -> None:
         raise ScenarioError(f"{path}: is there already; valid is a new file")
 
 
-def check_ending(path: Path | None, ending: str, what: str) -> None:
-    """Tell that a name is none of ``what``, whose files end so; None: none is asked for."""
-    if path is not None and path.suffix.lower() != ending:
-        raise ScenarioError(f"{path}: is no name of {what}; valid is one that ends in {ending}")
-
-
 def check_beside(source: Path, target: Path) -> None:
     """Tell that a result would overwrite what it is made of, or lie within it."""
     made, of = target.resolve(), source.resolve()
@@ -133,6 +130,43 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise UnwritableError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def replacement(path: Path, of: Iterable[Path]) -> AbstractContextManager[None]:
+    """Make ready to write a result over a file that it is made ``of``: call it before that is read, enter it to write.
+
+    Entering raises ``ScenarioError`` where the file is another by then: what somebody else wrote would be lost. Where
+    ``path`` is none of the files read, anything may be replaced.
+    """
+    if not any(path.exists() and one.exists() and path.samefile(one) for one in of):
+        return nullcontext()
+    return _unchanged(path, _digest(path))
+
+
+@contextmanager
+def _unchanged(path: Path, digest: bytes | None) -> Iterator[None]:
+    """Hold a file against other commands that would replace it so, and see that it is the one that was read.
+
+    The lock is on the file that has the name now. Whoever waited for it finds another by that name, and is told so.
+    """
+    changed = ScenarioError(f"{path}: has changed since it was read; valid is to run the command again")
+    try:
+        file = open_input(path)
+    except OSError:
+        raise changed from None
+    with file:
+        with suppress(OSError):  # some file systems have no locks
+            fcntl.flock(file, fcntl.LOCK_EX)
+        if _digest(path) != digest:
+            raise changed
+        yield
+
+
+def _digest(path: Path) -> bytes | None:
+    """A file's content in short; None of one that cannot be read."""
+    with suppress(OSError), open_input(path) as file:
+        return hashlib.sha256(file.read()).digest()
+    return None
 
 
 def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collection[str] | None = None) -> "Recording":

@@ -19,9 +19,16 @@ ROUNDED = 0.02
 
 
 def read_maps(
-    paths: Sequence[Path], decisions: Sequence[Decision] = (), *, first_of_one_path: bool = False
+    paths: Sequence[Path],
+    decisions: Sequence[Decision] = (),
+    machines: Sequence[Decision] = (),
+    *,
+    first_of_one_path: bool = False,
 ) -> list[Map]:
     """Read maps that can be merged; all but the first have one path, unless that is asked of the first as well.
+
+    Decisions of a machine in a person's file pin nothing, but have to be about these maps all the same: else a stretch
+    that the person changed in one would be passed over.
 
     Raises ``MapError`` for a file that is no such map or does not go with the first, ``ScenarioError`` for a file that
     is not there, before any is read, and for decisions about what is not there.
@@ -37,14 +44,15 @@ def read_maps(
             raise MapError(f"{path}: is a map of several paths; valid is a map of one")
     views = [(path.name, len(path)) for one in maps for path in one.paths]
     check_names([name for name, _ in views])
-    _check_names_of(decisions, [name for name, _ in views])
+    named = [*decisions, *machines]
+    _check_names_of(named, [name for name, _ in views])
     for path, other in zip(paths[1:], others, strict=True):
         try:
             check_comparable(first.sequences[0], other.sequence)
         except MapError as error:
             raise MapError(f"{path}: {error}") from error
-    _check_views_of(decisions, dict(views))
-    _check_lengths_of(decisions, {path.name: path.along for one in maps for path in one.paths})
+    _check_views_of(named, dict(views))
+    _check_lengths_of(named, {path.name: path.along for one in maps for path in one.paths})
     check_agreeing(decisions)
     return maps
 

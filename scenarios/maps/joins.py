@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, NonNegativeInt, ValidationError
 from rich.text import Text
@@ -18,7 +19,8 @@ HEAD = """\
 # Joins that refseq map merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
 # refseq map merge --decisions. `first` and `second` are the first and last view of the stretch in either sequence.
 # `machine` is what the machine decided: it may decide otherwise when more maps are merged. A join holds for good where
-# `joined` is something else, or where there is no `machine`: take the line out to make a decision your own.
+# `joined` is something else, or where there is no `machine`: take the line out to make a decision your own, or that
+# of `lengths_m` where you change its views.
 """
 BY_A_PERSON = "a person says so"
 
@@ -33,13 +35,26 @@ class JoinTable(BaseModel):
     second: tuple[NonNegativeInt, NonNegativeInt]
     joined: bool
     why: str = ""
-    lengths_m: tuple[float, float] = (0.0, 0.0)
+    lengths_m: tuple[float, float] | None = None
     machine: bool | None = None
 
     @property
     def by_a_person(self) -> bool:
-        """True for a join that a person added, or turned round."""
-        return self.machine is not self.joined
+        """True for a join that a person added, turned round, or changed the views of, and so its lengths taken out."""
+        return self.machine is not self.joined or self.lengths_m is None
+
+    @property
+    def decision(self) -> Decision:
+        """The table as a decision, with a reason only if it is a person's."""
+        lengths, why = self.lengths_m or (0.0, 0.0), BY_A_PERSON if self.by_a_person else ""
+        return Decision(self.one, self.other, self.first, self.second, lengths, self.joined, why)
+
+
+class GivenDecisions(NamedTuple):
+    """Decisions of a file: those of a person, and those of a machine, which pin nothing."""
+
+    persons: list[Decision]
+    machines: list[Decision]
 
 
 class JoinFile(BaseModel):
@@ -68,8 +83,8 @@ def write_decisions(path: Path, decisions: Sequence[Decision]) -> None:
         replace_text(path, "\n".join(tables))
 
 
-def read_decisions(path: Path) -> list[Decision]:
-    """Read what a person decided; what the machine did, and nobody turned round, is left out.
+def read_decisions(path: Path) -> GivenDecisions:
+    """Read what a person decided, and what the machine did and nobody turned round.
 
     Raises ``ScenarioError`` with the file, the key, and what is valid.
     """
@@ -87,8 +102,8 @@ def read_decisions(path: Path) -> list[Decision]:
         for name, (start, end) in (("first", join.first), ("second", join.second)):
             if start > end:
                 raise ScenarioError(f"{path}: join.{number}.{name} = [{start}, {end}]; valid is first view, last view")
-    persons = (j for j in joins if j.by_a_person)
-    return [Decision(j.one, j.other, j.first, j.second, j.lengths_m, j.joined, BY_A_PERSON) for j in persons]
+    persons = [join.decision for join in joins if join.by_a_person]
+    return GivenDecisions(persons, [join.decision for join in joins if not join.by_a_person])
 
 
 def _with_tuples(content: dict[str, object]) -> dict[str, object]:

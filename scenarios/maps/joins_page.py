@@ -23,6 +23,7 @@ from refseq_bench.scenarios.maps.view_pictures import ViewPictures, view_picture
 from refseq_bench.scenarios.report.page import rendered
 
 SCRIPT = "joins.js"
+CONTRADICTED = "odometry and the other joins contradict it"
 CLOSE = 2
 """Spots so many pairs from each other are shown once."""
 
@@ -77,7 +78,7 @@ def write_joins_page(
     Pictures are those of the ``recordings`` that the ``members``, the maps that were merged, were learnt from.
     """
     order = worst_first(merged)
-    looks = [_Look(merged.map, merged.decisions[n], merged.found[n]) for n in order]
+    looks = [_Look(merged.map, merged.decisions[n], merged.found[n], merged.strained) for n in order]
     pictures = view_pictures(members, recordings, _wanted(looks)) if recordings else {}
     cards = [look.card(pictures) for look in looks]
     left_out = len(merged.decisions) - len(order)
@@ -88,14 +89,17 @@ def write_joins_page(
 
 
 def worst_first(merged: Merged) -> list[int]:
-    """Numbers of the decisions to be shown: doubtful joins, what was refused by others, then joins that are sure.
+    """Numbers of the decisions to be shown, worst first.
 
+    Joins of a person that others contradict, doubtful joins, what was refused by others, then joins that are sure.
     Of joins those with the least evidence come first, of refused ones those with most. What was objected to by itself
     is not shown.
     """
 
     def rank(n: int) -> tuple[int, float]:
         overlap = merged.found[n].overlap
+        if merged.decisions[n] in merged.strained:
+            return -1, overlap.evidence
         if not merged.decisions[n].joined:
             return 1, -overlap.evidence
         return (0 if overlap.doubt else 2), overlap.evidence
@@ -117,8 +121,9 @@ def _wanted(looks: Sequence["_Look"]) -> Mapping[str, set[int]]:
 class _Look:
     """A join, with the path first that its decision names first, and the pairs of views at which it is looked."""
 
-    def __init__(self, map_: Map, decision: Decision, found: FoundOverlap) -> None:
+    def __init__(self, map_: Map, decision: Decision, found: FoundOverlap, contradicted: Sequence[Decision]) -> None:
         self._map, self._decision, self._overlap = map_, decision, found.overlap
+        self._contradicted = decision in contradicted
         turned = map_.paths[found.one].name != decision.one
         self.paths = (found.other, found.one) if turned else (found.one, found.other)
         self.pairs: NDArray[np.intp] = found.views[:, ::-1] if turned else found.views
@@ -150,7 +155,7 @@ class _Look:
 
     def card(self, pictures: ViewPictures) -> JoinCard:
         """The join as the page shows it."""
-        decision, doubt = self._decision, self._overlap.doubt
+        decision, doubt = self._decision, CONTRADICTED if self._contradicted else self._overlap.doubt
         spots = tuple(
             self._spot(mark, title, pair, pictures) for mark, (title, pair) in zip("ABCD", self.spots, strict=False)
         )

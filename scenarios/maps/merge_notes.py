@@ -14,9 +14,16 @@ STRETCHED = 0.07
 """Share by which two odometers may differ in length; more is told. Those of our robots differ by 2 %."""
 
 
-def merge_notes(merged: Merged, maps: Sequence[Map]) -> list[str]:
-    """Notes about a map that was merged of others, a line each."""
-    return [*_parts(islands(merged.map)), *_robots(maps), *_scales(merged.decisions), *_strained(merged.strained)]
+def merge_notes(merged: Merged, maps: Sequence[Map], machines: Sequence[Decision] = ()) -> list[str]:
+    """Notes about a map that was merged of others, a line each; ``machines`` are a machine's decisions in a file."""
+    return [
+        *_parts(islands(merged.map)),
+        *_robots(maps),
+        *_scales(merged.decisions),
+        *_strained(merged.strained),
+        *_overruled(merged.overruled),
+        *_not_found(machines, merged.decisions, maps),
+    ]
 
 
 def _parts(parts: Sequence[Sequence[str]]) -> Iterator[str]:
@@ -53,3 +60,17 @@ def _scales(decisions: Sequence[Decision]) -> Iterator[str]:
 def _strained(decisions: Sequence[Decision]) -> Iterator[str]:
     for one in decisions:
         yield f"{in_words(one)} is joined as a person says, though odometry and the other joins contradict it"
+
+
+def _overruled(decisions: Sequence[Decision]) -> Iterator[str]:
+    for one in decisions:
+        yield f"{in_words(one)} is refused as it contradicts a person's joins, and would be joined without these"
+
+
+def _not_found(machines: Sequence[Decision], found: Sequence[Decision], maps: Sequence[Map]) -> Iterator[str]:
+    """A machine's decisions about stretches that the search does not give: a person may have changed their views."""
+    merged_before = [{path.name for path in one.paths} for one in maps if not one.has_one_path]
+    stretches = {one.sides for decision in found for one in (decision, decision.turned)}
+    for one in machines:
+        if one.sides not in stretches and not any({one.one, one.other} <= names for names in merged_before):
+            yield f"{in_words(one)} is no stretch that the search finds, and pins nothing with its line `machine`"

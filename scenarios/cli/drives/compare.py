@@ -17,9 +17,9 @@ from refseq_bench.scenarios.cli.terminal.options import (
     ThinnedReading,
     grouped,
     option,
-    output,
 )
-from refseq_bench.scenarios.drives.inputs import check_ending, check_output, words, writing
+from refseq_bench.scenarios.cli.terminal.outputs import PAGE, TABLE, file_to_write, output_file
+from refseq_bench.scenarios.drives.inputs import check_output, words, writing
 from refseq_bench.scenarios.tables import print_whole, say
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ COMPARE_HELP = """Examples:
 @grouped
 def compare(
     drives: Drives,
-    output: Annotated[Path | None, output("Figures to write (.csv).")] = None,
-    report: Annotated[Path | None, option("FILE", "Page to write as well (.html).")] = None,
+    output: Annotated[Path | None, output_file(TABLE, "Figures to write")] = None,
+    report: Annotated[Path | None, file_to_write(PAGE, "Page to write as well")] = None,
     methods: Annotated[str | None, METHODS] = None,
     places: Annotated[str | None, option("FROM:TO", "Learn only these views of the reference drive.")] = None,
     first_view: Annotated[str, option("VIEW", "First view of the query drive: a number, or a share as 40%.")] = "0",
@@ -87,7 +87,6 @@ def _leave(failures: "Sequence[str]") -> None:
 
 def _check_outputs(output: Path | None, report: Path | None, drives: "Sequence[Path]") -> None:
     check_output(output, report, of=drives)
-    check_ending(output, ".csv", "a table")
 
 
 def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:

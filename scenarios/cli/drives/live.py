@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 from refseq_bench.scenarios.cli.drives.localise import conclude
 from refseq_bench.scenarios.cli.terminal.bars import status_line
 from refseq_bench.scenarios.cli.terminal.options import (
-    BELIEFS,
     DEFAULT_RENDERER_NAME,
     SCRIPT,
     AtLeast,
@@ -25,8 +24,9 @@ from refseq_bench.scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import BELIEFS, DRIVE, SCREENING, file_to_write
 from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen, page_told
-from refseq_bench.scenarios.drives.inputs import check_ending, check_output, load_map, stages, words
+from refseq_bench.scenarios.drives.inputs import check_output, load_map, stages, words
 
 if TYPE_CHECKING:
     from refseq.logs import Recording
@@ -49,7 +49,7 @@ def live(
     map_file: MapFile,
     world: World,
     output: Annotated[Path | None, BELIEFS] = None,
-    recording: Annotated[Path | None, option("FILE", "Keep the drive as a recording (.mcap).")] = None,
+    recording: Annotated[Path | None, file_to_write(DRIVE, "Keep the drive as a recording")] = None,
     script: Annotated[Path | None, SCRIPT] = None,
     keys: Annotated[bool, flag("--keys", "Lead the robot in the browser, as with `refseq drive`.")] = False,
     stage: Stages = None,
@@ -59,7 +59,7 @@ def live(
     carrier: CarrierInMap = CarrierInMap(),
     sampling: Sampling = Sampling(),
     rrd: Annotated[
-        Path | None, option("FILE", "File for the viewer to write instead (.rrd).", rich_help_panel=Screen.panel)
+        Path | None, file_to_write(SCREENING, "File for the viewer to write instead", rich_help_panel=Screen.panel)
     ] = None,
     screen: Screen = Screen(),
 ) -> None:
@@ -67,7 +67,6 @@ def live(
     only_one_of(script=script, keys=keys)
     only_one_of(rrd=rrd, connect=screen.connect, serve=screen.serve)
     check_output(output, recording, rrd, of=[map_file])
-    check_ending(output, ".parquet", "beliefs")
     screen.check(rrd)
     from refseq.map.localiser import StagedLocaliser
     from refseq.viewer.belief_log import LocaliserLayer

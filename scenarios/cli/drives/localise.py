@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_json, print_results
 from refseq_bench.scenarios.cli.terminal.options import (
-    BELIEFS,
     AtLeast,
     GroundTruthRule,
     Json,
@@ -20,8 +19,8 @@ from refseq_bench.scenarios.cli.terminal.options import (
     WriteTrajectory,
     grouped,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import BELIEFS
 from refseq_bench.scenarios.drives.inputs import (
-    check_ending,
     check_output,
     load_map,
     read_drive,
@@ -70,7 +69,6 @@ def localise(
     from refseq_bench.scenarios.drives.evaluate import compare
 
     check_output(output, of=[map_file, query, *selection.chosen().files])
-    check_ending(output, ".parquet", "beliefs")
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = load_map(map_file)
     if trajectory is not None:

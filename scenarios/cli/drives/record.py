@@ -25,6 +25,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import DRIVE
 from refseq_bench.scenarios.cli.terminal.screen import page_told
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
@@ -97,6 +98,7 @@ def record(
     from refseq_bench.sim.drives.operator import OperatorStyle, style_named
 
     only_one_of(behaviours=behaviours, script=script)
+    _check_name(output, form)
     style = replace(style_named(operator_style), side=side)
     if script is not None and style != OperatorStyle():
         raise ScenarioError("--operator-style and --side are of who follows the route; valid is none with --script")
@@ -109,6 +111,12 @@ def record(
         if value:
             raise ScenarioError(f"{given} goes with --script; valid is to lead the robot by a script, or without it")
     _by_itself(drive, f"{world} at {setting.light}", output, form, notes)
+
+
+def _check_name(output: Path, form: FormatName) -> None:
+    """Raise ``ScenarioError`` for a file that is not named as a recording is; a bag is a folder, of any name."""
+    if form is FormatName.MCAP:
+        DRIVE.check(output)
 
 
 def _by_itself(drive: "Drive", title: str, output: Path, form: FormatName, notes: str) -> None:
@@ -148,6 +156,7 @@ def drive(
     from refseq_bench.sim.teleop.capture.setup import CaptureSetup
     from refseq_bench.sim.teleop.viewer import ViewerSettings, capture_page
 
+    _check_name(output, form)
     asked, kind = drive_in(world, setting, carrier, sampling), output_format(DriveFormat(form))
     check_recording(output, kind)
     with open_bench(asked, pictured=True):

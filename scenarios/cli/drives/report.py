@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from refseq_bench.scenarios.cli.terminal.console import out
-from refseq_bench.scenarios.cli.terminal.options import REFERENCE, LogReading, MapFile, QueryFile, grouped, output
+from refseq_bench.scenarios.cli.terminal.options import REFERENCE, LogReading, MapFile, QueryFile, grouped
+from refseq_bench.scenarios.cli.terminal.outputs import PAGE_TO_WRITE
 from refseq_bench.scenarios.drives.inputs import check_output, writing
 from refseq_bench.scenarios.drives.learnt_views import read_comparison
 from refseq_bench.scenarios.tables import say
@@ -21,7 +22,7 @@ def report(
     beliefs: Annotated[
         Path, typer.Argument(metavar="BELIEFS", help="Beliefs that `refseq localise` wrote (.parquet).")
     ],
-    output: Annotated[Path, output("Page to write (.html).")],
+    output: Annotated[Path, PAGE_TO_WRITE],
     reference: Annotated[Path | None, REFERENCE] = None,
     reading: LogReading = LogReading(),
 ) -> None:

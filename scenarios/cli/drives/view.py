@@ -13,8 +13,8 @@ from refseq_bench.scenarios.cli.terminal.options import (
     grouped,
     only_one_of,
     option,
-    output,
 )
+from refseq_bench.scenarios.cli.terminal.outputs import SCREENING, output_file
 from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen, rerun_command
 from refseq_bench.scenarios.drives.inputs import check_folder, check_output, writing
 from refseq_bench.scenarios.errors import ScenarioError
@@ -41,7 +41,7 @@ def view(
             help="A recording; a map; map, recording and beliefs (.parquet); a mission's folder; an .rrd.",
         ),
     ],
-    output: Annotated[Path | None, output("File for the viewer to write instead (.rrd).")] = None,
+    output: Annotated[Path | None, output_file(SCREENING, "File for the viewer to write instead")] = None,
     layers: Annotated[
         Path | None,
         option("FOLDER", "Write the drive, and each table's answers, to files of their own instead (.rrd)."),

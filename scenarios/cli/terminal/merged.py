@@ -12,18 +12,20 @@ if TYPE_CHECKING:
     from refseq.map.map import Map
 
 
-def tell_merged(merged: "Merged", read: Sequence["Map"], whole: "Map", output: Path) -> None:
-    """Print the joins, what is to be known of them, and how large the written map is."""
+def tell_merged(merged: "Merged", notes: Sequence[str], places: int, whole: "Map", output: Path) -> None:
+    """Print the joins, what is to be known of them, and how large the map is that was written.
+
+    ``places`` are those of all maps that it was made of.
+    """
     from refseq_bench.scenarios.maps.joins import decision_table
-    from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
     if merged.decisions:
         out.print(decision_table(merged.decisions))
-    for line in merge_notes(merged, read):
+    for line in notes:
         say(err, f"note: {line}")
     joined = sum(decision.joined for decision in merged.decisions)
     say(
         out,
-        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {sum(map(len, read))}, {len(whole.links)} links, "
+        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {places}, {len(whole.links)} links, "
         f"{joined} of {len(merged.decisions)} stretches joined",
     )

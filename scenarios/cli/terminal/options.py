@@ -122,7 +122,6 @@ SECONDS = option("SECONDS", "Simulated time to drive.")
 RATE = option("FACTOR", "Simulated over real time.")
 REFERENCE = option("FILE", "First drive, which the map was learnt from, for its pictures.")
 CACHE = option("FOLDER", "Folder of recordings and answers that are kept. [default: the user's]")
-BELIEFS = output("Beliefs to write (.parquet).")
 SCRIPT = option("FILE", "Lead the robot by a script, or by a recording of `refseq drive`.")
 NOTES = option("TEXT", "Free notes, kept in the recording.")
 CASE = option("NAME", "Only this case or scenario; may be repeated. [default: all]")
@@ -133,8 +132,6 @@ FORMAT = option(
     "mcap: a file with Foxglove's messages; rosbag2: a folder with those of ROS 2; rosbag2-sqlite3: the same as .db3.",
     "--format",
 )
-PICTURE = output("Picture to write (.svg or .png).")
-CHART = output("Picture to write (.png, .svg or .pdf).")
 LOG_KINDS = "MCAP, a ROS bag, a CARMEN log, a folder of pictures."
 
 World = Annotated[str, typer.Argument(metavar="WORLD", help=WORLD_HELP)]

@@ -178,6 +178,22 @@ def test_adding_one_later_joins_what_merging_all_at_once_joins() -> None:
     assert_true(later.map, walks)
 
 
+@pytest.mark.parametrize("names", [("x", "y"), ("y", "x")], ids=["short keeper", "long keeper"])
+def test_what_two_paths_share_by_a_third_is_kept_once(names: tuple[str, str]) -> None:
+    """Corridor A is on three paths, and the join of two of them is left out: both are joined to the third there."""
+    legs: dict[str, list[Leg]] = {names[0]: [("A", 0, 25)], names[1]: [("A", 0, 25), ("B", 0, 10)]}
+    legs["z"] = [("A", 0, 25), ("B", 0, 20)]
+    walks = {name: TOWN.learnt(way, n, BEST) for n, (name, way) in enumerate(legs.items(), start=1)}
+
+    def refuse(decision: Decision) -> Decision:
+        return replace(decision, joined=decision.joined and "z" in (decision.one, decision.other))
+
+    merged = merge_maps(named_maps(list(walks), list(walks.values())), confirm=refuse)
+    assert sum(decision.joined for decision in merged.decisions) == 2
+    assert len(merged.map) == pytest.approx(45, abs=4)
+    assert_true(merged.map, walks)
+
+
 @pytest.mark.slow
 def test_the_order_of_maps_does_not_matter() -> None:
     """All orders of three maps, of which two are equally long."""

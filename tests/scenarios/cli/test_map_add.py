@@ -5,11 +5,15 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from refseq.files import replace_bytes
 from refseq.logs import RecordingWriter
+from refseq.map.growth import adding
+from refseq.map.growth.adding import Grown, add_drive
 from refseq.map.learning import learn
 from refseq.map.map import Map
 from refseq.map.profile import BEST
@@ -94,6 +98,23 @@ def test_a_larger_map_is_written_beside(refseq: Refseq, here: Path) -> None:
     assert not found["known"]
     assert refseq("map", "add", "new.refseq", "later.mcap", "-o", "same.refseq").code == 0
     assert (here / "same.refseq").read_bytes() == (here / "new.refseq").read_bytes()
+
+
+def test_a_map_that_another_command_changed_meanwhile_is_not_replaced(
+    refseq: Refseq, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = b"of another command"
+
+    def slow(*given: Any, **more: Any) -> Grown:
+        grown = add_drive(*given, **more)
+        replace_bytes(here / "map.refseq", other)
+        return grown
+
+    monkeypatch.setattr(adding, "add_drive", slow)
+    answer = refseq("map", "add", "map.refseq", "later.mcap")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == "error: map.refseq: has changed since it was read; valid is to run the command again\n"
+    assert (here / "map.refseq").read_bytes() == other
 
 
 @pytest.mark.slow

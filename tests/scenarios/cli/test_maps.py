@@ -144,9 +144,9 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     assert links in (1, 2)
     assert [path.name for path in atlas.paths] == ["west", "east"]
     told = here / "joins.toml"
-    assert read_decisions(told) == [], "what the machine did is no word of a person"
+    assert read_decisions(told).persons == [], "what the machine did is no word of a person"
     told.write_text(told.read_text().replace("joined = true", "joined = false"))
-    (turned,) = read_decisions(told)
+    (turned,) = read_decisions(told).persons
     assert not turned.joined
     assert np.abs(np.subtract(turned.first, (16, 27))).max() <= 2
     refseq("map", "merge", "west.refseq", "east.refseq", "-o", "apart.refseq", "--decisions", "joins.toml")
@@ -165,7 +165,7 @@ def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Pat
     assert refseq(*words, "--decisions", "joins.toml", "--write-decisions", "later.toml").code == 0
     (ruling,) = Map.load(here / "two.refseq").record.rulings
     assert ruling.joined
-    (kept,) = read_decisions(here / "later.toml")
+    (kept,) = read_decisions(here / "later.toml").persons
     assert (kept.first, kept.second) == (ruling.first, ruling.second)
 
 
@@ -190,6 +190,40 @@ def test_decisions_about_other_maps_of_the_same_names_are_refused(refseq: Refseq
     assert f"'west' are {found[1]}" in answer.err
     assert answer.err.endswith("or a join without lengths_m where you changed its views\n")
     assert not (here / "x.refseq").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ((r"second = .*", "second = [0, 470]"), "'east' has no views 0 to 470; valid are 0 to 27"),
+        ((r"second = .*", "second = [0, 5]"), "views 0 to 5 of 'east' are "),
+        (('other = "east"', 'other = "north"'), "sequence 'north' is unknown; valid are west, east"),
+    ],
+)
+def test_a_machines_decision_that_a_person_changed_is_not_passed_over(
+    refseq: Refseq, here: Path, change: tuple[str, str], told: str
+) -> None:
+    words = ["map", "merge", "west.refseq", "east.refseq", "-o", "x.refseq"]
+    west, east = (Map.load(here / f"{name}.refseq").paths[0].along for name in ("west", "east"))
+    lengths = float(west[27] - west[16]), float(east[11] - east[0])
+    write_decisions(here / "joins.toml", [Decision("west", "east", (16, 27), (0, 11), lengths, True, "it agrees")])
+    text = (here / "joins.toml").read_text()
+    assert "machine = true" in text
+    (here / "joins.toml").write_text(re.sub(*change, text))
+    answer = refseq(*words, "--decisions", "joins.toml")
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert answer.err.startswith(f"error: decisions: {told}")
+    assert not (here / "x.refseq").exists()
+
+
+def test_a_machines_decision_without_its_lengths_is_a_persons(tmp_path: Path) -> None:
+    write_decisions(tmp_path / "joins.toml", DECISIONS)
+    text = (tmp_path / "joins.toml").read_text()
+    assert len(read_decisions(tmp_path / "joins.toml").machines) == 2
+    (tmp_path / "joins.toml").write_text(re.sub(r"lengths_m = .*\n", "", text, count=1))
+    persons, machines = read_decisions(tmp_path / "joins.toml")
+    assert [(one.sides, one.lengths, one.why) for one in persons] == [(DECISIONS[0].sides, (0, 0), BY_A_PERSON)]
+    assert [one.sides for one in machines] == [DECISIONS[1].sides]
 
 
 def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path) -> None:
@@ -379,11 +413,11 @@ def test_decisions_that_contradict_each_other_are_told(
     assert not (here / "x.refseq").exists()
 
 
-def decided(refseq: Refseq, here: Path, maps: str, *joins: Decision) -> Answer:
+def decided(refseq: Refseq, here: Path, maps: str, *joins: Decision, more: Sequence[str] = ()) -> Answer:
     """Merge some maps by a person's decisions."""
     write_decisions(here / "by-hand.toml", [replace(join, why=BY_A_PERSON) for join in joins])
     names = [f"{name}.refseq" for name in maps.split()]
-    return refseq("map", "merge", *names, "-o", "by-hand.refseq", "--decisions", "by-hand.toml")
+    return refseq("map", "merge", *names, "-o", "by-hand.refseq", "--decisions", "by-hand.toml", *more)
 
 
 def join(one: str, other: str, first: tuple[int, int], second: tuple[int, int], joined: bool = True) -> Decision:
@@ -401,22 +435,36 @@ def test_the_order_of_the_maps_does_not_matter_to_decisions(refseq: Refseq, here
     )
 
 
-@pytest.mark.slow
+CONTRADICTED = "is joined as a person says, though odometry and the other joins contradict it"
+
+
 def test_what_a_person_says_is_taken_and_what_speaks_against_it_told(refseq: Refseq, here: Path) -> None:
     """Views 16 to 27 of the west are 0 to 11 of the east; a person says that 18 to 27 are 18 to 27."""
-    answer = decided(refseq, here, "west east", join("west", "east", (18, 27), (18, 27)))
+    answer = decided(refseq, here, "west east", join("west", "east", (18, 27), (18, 27)), more=("--page", "told.html"))
     assert answer.code == 0
     rows = [line.split() for line in answer.out.splitlines() if line.split()[:1] in (["joined"], ["refused"])]
     assert [row[0] for row in rows] == ["refused", "joined"], "the machine's join yields to a person's"
     assert rows[1][2] == rows[1][4] == "18-27"
-    assert answer.err == ""
-    # Two joins of one stretch to two others: both are a person's, and odometry has a word to say.
+    mine, its = answer.err.splitlines()
+    assert mine == f"note: west 18-27 = east 18-27 {CONTRADICTED}"
+    assert its.startswith(f"note: west {rows[0][2]} = east {rows[0][4]} is refused as it contradicts a person's joins")
+    page = (here / "told.html").read_text()
+    assert page.count("<strong>Against it:</strong> odometry and the other joins contradict it.") == 1
+
+
+@pytest.mark.slow
+def test_of_two_joins_of_one_stretch_the_odd_one_is_told(refseq: Refseq, here: Path) -> None:
+    """Both are a person's, and odometry has a word to say."""
     answer = decided(
         refseq, here, "west east", join("west", "east", (18, 27), (18, 27)), join("west", "east", (18, 27), (0, 9))
     )
     assert answer.code == 0
-    told = "is joined as a person says, though odometry and the other joins contradict it"
-    assert f"note: west 18-27 = east 18-27 {told}" in answer.err.splitlines()
+    assert f"note: west 18-27 = east 18-27 {CONTRADICTED}" in answer.err.splitlines()
+
+
+def test_a_join_of_a_persons_that_agrees_is_told_nothing_against(refseq: Refseq, here: Path) -> None:
+    answer = decided(refseq, here, "west east", join("west", "east", (16, 27), (0, 11)))
+    assert (answer.code, answer.err) == (0, "")
 
 
 def test_a_stretch_is_not_joined_to_one_of_another_length(refseq: Refseq, here: Path) -> None:
@@ -457,10 +505,16 @@ def test_parts_that_nothing_joins_are_told(refseq: Refseq, here: Path) -> None:
         ("cut.refseq west.refseq -o x.refseq", "cut.refseq: is not a .refseq map, or is damaged"),
         (
             "west.refseq east.refseq -o x.refseq --write-decisions x.refseq",
-            "x.refseq: is the map and its decisions at once; valid are two files",
+            "x.refseq: is no name of decisions; valid is one that ends in .toml",
         ),
         ("west.refseq east.refseq -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
-        ("west.refseq east.refseq -o x.refseq --min-overlap -1", "overlap.least is -1.0 m; valid is 0 or more"),
+        *(
+            (
+                f"west.refseq east.refseq -o x.refseq --min-overlap {metres}",
+                f"--min-overlap '{metres}' is not valid; valid is a number from 0 to 1000 [METRES]",
+            )
+            for metres in ("-1", "1e9", "nan")
+        ),
         ("west.refseq east.refseq -o x.refseq --decisions bad.toml", "bad.toml: is no TOML: "),
         ("west.refseq east.refseq -o x.refseq --decisions odd.toml", "bad.toml"),
     ],
@@ -542,7 +596,7 @@ def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
 
 def test_decisions_are_read_as_they_were_written(tmp_path: Path) -> None:
     write_decisions(tmp_path / "joins.toml", [replace(one, why=BY_A_PERSON) for one in DECISIONS])
-    read = read_decisions(tmp_path / "joins.toml")
+    read = read_decisions(tmp_path / "joins.toml").persons
     assert [d.why for d in read] == [BY_A_PERSON] * 2
     for one, other in zip(read, DECISIONS, strict=True):
         assert (one.one, one.other, one.first, one.second) == (other.one, other.other, other.first, other.second)
@@ -590,7 +644,10 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
     ("words", "told"),
     [
         ("west.refseq thesis.refseq", "thesis.refseq: features are sift/forward"),
-        ("west.refseq east.refseq -o alike.txt", "alike.txt: is no picture's name"),
+        (
+            "west.refseq east.refseq -o alike.txt",
+            "alike.txt: is no name of a picture; valid is one that ends in .png, .svg or .pdf",
+        ),
         (
             "west.refseq east.refseq --arrays alike.mat",
             "alike.mat: is no name of arrays; valid is one that ends in .npz",

@@ -1,4 +1,4 @@
-"""No command writes over what it reads: neither a recording nor a map, whatever name it is given for the result."""
+"""No command writes over what it reads, nor over a file of another kind, whatever name it is given for the result."""
 
 import os
 from pathlib import Path
@@ -13,21 +13,37 @@ from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive
 
 COMMANDS = {
-    "learn": ("drive.mcap", "learn drive.mcap -o {}"),
-    "learn-truth": ("poses.tum", "learn drive.mcap --truth poses.tum -o {}"),
-    "localise": ("drive.mcap", "localise one.refseq drive.mcap -o {}"),
-    "localise-map": ("one.refseq", "localise one.refseq drive.mcap -o {}"),
-    "report": ("drive.mcap", "report one.refseq drive.mcap beliefs.parquet -o {}"),
-    "report-map": ("one.refseq", "report one.refseq drive.mcap beliefs.parquet -o {}"),
-    "report-beliefs": ("beliefs.parquet", "report one.refseq drive.mcap beliefs.parquet -o {}"),
-    "view": ("drive.mcap", "view drive.mcap -o {}"),
-    "check": ("drive.mcap", "log check drive.mcap -o {}"),
-    "layout": ("drive.mcap", "log layout drive.mcap -o {}"),
-    "scene": ("drive.mcap", "mission scene drive.mcap --along 1 -o {}"),
-    "add": ("drive.mcap", "map add one.refseq drive.mcap -o {}"),
-    "compact": ("one.refseq", "map compact one.refseq -o {}"),
-    "merge": ("one.refseq", "map merge one.refseq two.refseq -o {}"),
-    "merge-page": ("two.refseq", "map merge one.refseq two.refseq -o whole.refseq --page {}"),
+    "learn": ("drive.mcap", ".refseq", "learn drive.mcap -o {}"),
+    "learn-truth": ("poses.tum", ".refseq", "learn drive.mcap --truth poses.tum -o {}"),
+    "localise": ("drive.mcap", ".parquet", "localise one.refseq drive.mcap -o {}"),
+    "localise-map": ("one.refseq", ".parquet", "localise one.refseq drive.mcap -o {}"),
+    "report": ("drive.mcap", ".html", "report one.refseq drive.mcap beliefs.parquet -o {}"),
+    "report-map": ("one.refseq", ".html", "report one.refseq drive.mcap beliefs.parquet -o {}"),
+    "report-beliefs": ("beliefs.parquet", ".html", "report one.refseq drive.mcap beliefs.parquet -o {}"),
+    "compare": ("drive.mcap", ".csv", "compare drive.mcap drive.mcap -o {}"),
+    "compare-page": ("drive.mcap", ".html", "compare drive.mcap drive.mcap --report {}"),
+    "view": ("drive.mcap", ".rrd", "view drive.mcap -o {}"),
+    "check": ("drive.mcap", ".html", "log check drive.mcap -o {}"),
+    "layout": ("drive.mcap", ".json", "log layout drive.mcap -o {}"),
+    "scene": ("drive.mcap", ".scene", "mission scene drive.mcap --along 1 -o {}"),
+    "add": ("drive.mcap", ".refseq", "map add one.refseq drive.mcap -o {}"),
+    "compact": ("one.refseq", ".refseq", "map compact one.refseq -o {}"),
+    "merge": ("one.refseq", ".refseq", "map merge one.refseq two.refseq -o {}"),
+    "merge-page": ("two.refseq", ".html", "map merge one.refseq two.refseq -o whole.refseq --page {}"),
+    "merge-decisions": ("two.refseq", ".toml", "map merge one.refseq two.refseq -o whole.refseq --write-decisions {}"),
+    "similarity": ("one.refseq", ".npz", "map similarity one.refseq two.refseq --arrays {}"),
+}
+"""A file that a command reads, the ending of a file that it writes, and the command without that name."""
+OTHERS = {
+    "record": ("beliefs.parquet", ".mcap", "record corridor:1 --renderer none -o {}"),
+    "drive": ("beliefs.parquet", ".mcap", "drive corridor:1 --renderer none -o {}"),
+    "live": ("one.refseq", ".mcap", "live one.refseq corridor:1 --recording {}"),
+    "live-viewer": ("drive.mcap", ".rrd", "live one.refseq corridor:1 --rrd {}"),
+    "viewer": ("drive.mcap", ".rrd", "module viewer one.refseq --rrd {}"),
+    "curves": ("drive.mcap", ".svg", "scenario curves . -o {}"),
+    "plan": ("drive.mcap", ".pdf", "map plan one.refseq -o {}"),
+    "draw": ("drive.mcap", ".png", "world draw corridor:1 -o {}"),
+    "generate": ("new.mcap", ".toml", "world generate -o {}"),
 }
 
 
@@ -45,19 +61,32 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("linked", [False, True], ids=["same name", "another name of it"])
 @pytest.mark.parametrize("name", COMMANDS)
 def test_an_input_is_no_output(
-    made: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, linked: bool
+    made: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str
 ) -> None:
     monkeypatch.chdir(made)
-    source, command = COMMANDS[name]
-    target = source
-    if linked:
-        target = str(tmp_path / source)
-        os.link(made / source, target)
+    source, ending, command = COMMANDS[name]
+    target = tmp_path / f"linked{ending}"
+    os.link(made / source, target)
+    assert _told(made, refseq, command.format(target)) == f"{target}: would overwrite {source}; valid is another name"
+
+
+@pytest.mark.parametrize("name", COMMANDS | OTHERS)
+def test_a_file_of_another_kind_stays(made: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.chdir(made)
+    other, ending, command = (COMMANDS | OTHERS)[name]
+    if other.endswith(ending):
+        other = "drive.mcap"
+    told = _told(made, refseq, command.format(other))
+    assert told.startswith(f"{other}: is no name of ")
+    assert ending in told.partition("; valid is one that ends in ")[2]
+
+
+def _told(made: Path, refseq: Refseq, command: str) -> str:
+    """The one line of a command that is refused, once nothing has changed in the folder."""
     before = {path: path.read_bytes() for path in made.iterdir()}
-    told = refseq(*command.format(target).split())
-    assert told.code == 2
-    assert told.err == f"error: {target}: would overwrite {source}; valid is another name\n"
+    code, out, err = refseq(*command.split())
+    assert (code, out, err.count("\n")) == (2, "", 1)
     assert {path: path.read_bytes() for path in made.iterdir()} == before
+    return err.removeprefix("error: ").rstrip()

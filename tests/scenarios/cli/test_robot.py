@@ -232,9 +232,9 @@ def test_serving_ends_after_its_time(command: Command) -> None:
     [
         ("show scout", "unknown robot 'scout': valid are robuter, segway_rmp"),
         ("check robuter scout", "unknown robot 'scout': valid are"),
-        ("show robuter -o picture.jpg", "picture.jpg: cannot draw a '.jpg' file; valid are .svg, .png"),
+        ("show robuter -o picture.jpg", "picture.jpg: is no name of a picture; valid is one that ends in .svg or .png"),
         ("show robuter -o nowhere/a.png", "nowhere/a.png: cannot be written: there is no folder nowhere"),
-        ("show robuter -o folder", "folder: cannot draw a '' file"),
+        ("show robuter -o folder", "folder: is a folder; valid is the name of a file to write"),
         ("show robuter -o folder.png", "folder.png"),
         ("filmstrip robuter --world atlantis -o a.png", "atlantis"),
         ("filmstrip robuter --world small.toml --route up -o a.png", "unknown route 'up' in world 'small'"),

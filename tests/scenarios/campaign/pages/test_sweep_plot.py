@@ -75,7 +75,7 @@ def test_curves_are_one_picture_with_a_panel_for_each_scenario(tmp_path: Path, r
     [
         (["--methods", "c"], "method 'c' has no answers there; valid are a, b"),
         (["--methods", "a,"], "--methods 'a,': a name is empty"),
-        (["-o", "curves.png"], "curves.png: is no picture that can be written; valid is a name ending in .svg"),
+        (["-o", "curves.png"], "curves.png: is no name of a picture; valid is one that ends in .svg"),
     ],
 )
 def test_what_no_curve_can_be_drawn_of_is_told_in_a_line(

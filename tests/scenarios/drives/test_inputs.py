@@ -1,0 +1,58 @@
+"""Files that are read and replaced by one command, while another does the same."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from refseq.files import replace_bytes
+from refseq_bench.scenarios.drives.inputs import replacement
+from refseq_bench.scenarios.errors import ScenarioError
+
+CHANGED = "has changed since it was read; valid is to run the command again"
+
+
+def test_of_two_that_read_a_file_only_the_first_replaces_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.refseq"
+    path.write_bytes(b"read by both")
+    first, second = replacement(path, [path]), replacement(path, [path])
+
+    def write_second() -> None:
+        with second:
+            replace_bytes(path, b"second")
+
+    with ThreadPoolExecutor(1) as pool:
+        with first:
+            waiting = pool.submit(write_second)
+            replace_bytes(path, b"first")
+        with pytest.raises(ScenarioError) as caught:
+            waiting.result()
+    assert str(caught.value) == f"{path}: {CHANGED}"
+    assert path.read_bytes() == b"first"
+
+
+def test_a_file_that_is_gone_has_changed(tmp_path: Path) -> None:
+    path = tmp_path / "a.refseq"
+    path.write_bytes(b"read")
+    ready = replacement(path, [path])
+    path.unlink()
+    with pytest.raises(ScenarioError, match=CHANGED), ready:
+        pytest.fail("written")
+
+
+def test_what_is_not_read_may_be_anything(tmp_path: Path) -> None:
+    path, read = tmp_path / "new.refseq", tmp_path / "a.refseq"
+    read.write_bytes(b"read")
+    for _ in range(2):
+        ready = replacement(path, [read])
+        read.write_bytes(b"changed")
+        with ready:
+            replace_bytes(path, b"written")
+        assert path.read_bytes() == b"written"
+
+
+def test_an_error_while_writing_is_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "a.refseq"
+    path.write_bytes(b"read")
+    with pytest.raises(OSError, match="disk"), replacement(path, [path]):
+        raise OSError("disk")
