@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from refseq_bench.scenarios.drives.left_out import views_left_out
@@ -118,12 +119,15 @@ def check_beside(source: Path, target: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Tell before the work begins that a folder could not be made or filled; nothing is made yet."""
+    """Tell before the work begins that a folder could not be made or filled; nothing stays made."""
     there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
     if not there.is_dir():
         raise ScenarioError(f"{path}: {there} is no folder; valid is the name of a folder to fill")
-    if not os.access(there, os.W_OK):
-        raise ScenarioError(f"{path}: cannot be written: no write access to folder {there}")
+    try:
+        with TemporaryDirectory(dir=there, prefix=".refseq-"):  # permissions tell nothing of /proc and the like
+            pass
+    except OSError:
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {there}") from None
 
 
 @contextmanager
