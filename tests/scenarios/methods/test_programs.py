@@ -180,6 +180,11 @@ while prefix := sys.stdin.buffer.read(8):
             "view 0: answered a belief with 'lots'; valid are best, covariance, entropy, lost, lost_after, "
             "odometer_scale, path, places, pose, timings, type",
         ),
+        (
+            '["laser"]',
+            '{"path": [0, 0]}',
+            "view 0: path has 2 places; valid are up to 1, one a view of the drive",
+        ),
     ],
 )
 def test_what_a_program_means_otherwise_is_told(
