@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from datetime import date, time
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -50,7 +51,7 @@ def checked(plan: FloorPlan, file: str) -> FloorPlan:
 
 def short(value: Any) -> str:
     """Return a value as errors quote it: on one line, at most 60 characters."""
-    text = repr(value).replace("\n", " ")
+    text = value.isoformat() if isinstance(value, date | time) else repr(value).replace("\n", " ")
     return text if len(text) <= 60 else text[:57] + "..."
 
 
