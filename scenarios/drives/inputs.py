@@ -3,6 +3,7 @@
 import logging
 import math
 import os
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -60,7 +61,13 @@ def words(text: str | None, what: str) -> tuple[str, ...] | None:
     found = tuple(word.strip() for word in text.split(","))
     if not all(found):
         raise ScenarioError(f"{what} {text!r}: a name is empty; valid are names with commas between")
+    _check_once(found, f"{what} {text!r}")
     return found
+
+
+def _check_once(names: Sequence[str], place: str) -> None:
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise ScenarioError(f"{place}: {twice[0]} is named twice; valid is once")
 
 
 def assignments(texts: Sequence[str] | None, what: str) -> dict[str, str]:
@@ -68,6 +75,7 @@ def assignments(texts: Sequence[str] | None, what: str) -> dict[str, str]:
     for text in texts or ():
         if not all(text.partition("=")):
             raise ScenarioError(f"{what} {text!r}: valid is a name, '=' and a value")
+    _check_once([text.partition("=")[0] for text in texts or ()], f"{what} {', '.join(texts or ())!r}")
     return dict(text.split("=", 1) for text in texts or ())
 
 

@@ -134,12 +134,31 @@ BAD_INPUT = [
     ("demo --query-light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --robot r2d2 -o new", "unknown robot 'r2d2': valid are robuter, segway_rmp, segway_rmp-tractor"),
+    # options that are said twice, or that say nothing
+    (
+        f"{RECORD} --camera camera-1=a --camera camera-1=b",
+        "camera 'camera-1=a, camera-1=b': camera-1 is named twice; valid",
+    ),
+    (
+        "record door.toml -o new.mcap --sensors laser,laser",
+        "sensors 'laser,laser': laser is named twice; valid is once",
+    ),
+    (
+        "record door.toml -o new.mcap --sensors laser --camera camera-2=fire-i-wide",
+        "--camera camera-2=fire-i-wide: has no effect, as camera-2 is not among --sensors laser; valid is to ask for",
+    ),
     # numbers out of range
-    (f"{RECORD} --distance -1", "trigger: distance = -1.0 is not positive and finite"),
-    (f"{RECORD} --distance nan", "trigger: distance = nan is not positive and finite"),
+    (
+        f"{RECORD} --distance -1",
+        "--distance -1 is not valid; it should be above 0 and finite, or 0 for none by distance",
+    ),
+    (
+        f"{RECORD} --distance nan",
+        "--distance nan is not valid; it should be above 0 and finite, or 0 for none by distance",
+    ),
     (f"{RECORD} --distance 0", "trigger: distance, turn and time are all off; valid is at least one of them"),
     (f"{RECORD} --start 99", "start 99.0 m and end 6 m are no stretch of route"),
-    (f"{RECORD} --time inf", "trigger: time = inf is not positive and finite"),
+    (f"{RECORD} --time inf", "--time inf is not valid; it should be above 0 and finite"),
     ("learn run.mcap -o new.refseq --thin inf", "thin inf is not valid; it should be a number of metres, 0 or more"),
     ("learn run.mcap -o new.refseq --views 5:2", "run.mcap: views '5:2' is no stretch of it; valid is FROM:TO within"),
     ("localise map.refseq run.mcap --views 0:999", "run.mcap: views '0:999' is no stretch of it; valid is FROM:TO"),

@@ -148,6 +148,10 @@ BAD = {
         GOOD + "[localise]\nsensors = []\n",
         "localise.sensors holds too little; it should be a list of 1 or more",
     ),
+    "a sensor twice": (
+        GOOD + '[localise]\nsensors = ["laser", "laser"]\n',
+        "reference: sensors: laser is named twice; valid is once",
+    ),
     "nothing to see": (GOOD + '[localise]\nsensors = ["camera-1"]\n', "reference: renderer 'none' takes no images"),
     "camera": (GOOD + '[query.cameras]\ncamera-9 = "fire-i"\n', "query: sensor 'camera-9' is not on robot 'robuter'"),
     "camera's model": (GOOD + '[query.cameras]\ncamera-1 = "obscura"\n', "query: unknown camera 'obscura': valid are"),
