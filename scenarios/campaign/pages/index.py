@@ -19,7 +19,7 @@ INDEX = "index.html"
 class IndexRow:
     """A case in words; ``within`` and ``narrow`` are the tolerances of the successes, empty where there are none.
 
-    ``undecided`` is why it tells no methods apart, empty where it does.
+    ``undecided`` is why it tells nothing, or no methods apart; empty where it does.
     """
 
     name: str
