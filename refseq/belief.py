@@ -61,6 +61,10 @@ class PoseBeside(SameValues):
         return self.along, self.aside, self.heading
 
 
+NUMERIC = "iuf"
+"""Kinds of NumPy's types that are numbers: texts and truth values, which it would turn into some, are not."""
+
+
 def pose_beside(motion: ArrayLike, covariance: ArrayLike) -> PoseBeside:
     """A pose from plain numbers: along, aside [m] and heading [rad], and their covariance (3, 3) or row by row (9,).
 
@@ -68,9 +72,12 @@ def pose_beside(motion: ArrayLike, covariance: ArrayLike) -> PoseBeside:
     or of a variance below 0 in some direction.
     """
     try:
-        moved, spread = np.array(motion, np.float64), np.array(covariance, np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise RefseqError(f"pose {motion!r:.60} ± {covariance!r:.60} is no numbers; valid are 3 and 9") from None
+        given = [np.array(motion), np.array(covariance)]
+    except ValueError:  # rows of different lengths
+        given = []
+    if not given or any(one.dtype.kind not in NUMERIC for one in given):
+        raise RefseqError(f"pose {motion!r:.60} ± {covariance!r:.60} is no numbers; valid are 3 and 9")
+    moved, spread = (one.astype(np.float64) for one in given)
     if moved.shape != (3,) or spread.shape not in ((9,), (3, 3)):
         raise RefseqError(
             f"pose of shape {moved.shape}, covariance of {spread.shape}; valid are (3,) and (3, 3) or (9,)"

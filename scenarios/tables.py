@@ -24,6 +24,11 @@ def counted(value: object) -> str:
     return NONE if value is None else str(value)
 
 
+def number_of(count: int, thing: str) -> str:
+    """So many things, as ``1 view`` and ``12 views``."""
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
 def with_unknown(cell: str, unknown: int) -> str:
     """A figure's cell, and beside it the number of values that it leaves out as nobody knows them, where there are."""
     return f"{cell} ({unknown} unknown)" if unknown else cell

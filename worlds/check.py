@@ -3,6 +3,7 @@
 It looks at the compiled model, at the same solids that robots touch and laser beams end on.
 """
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import LightSetting
 from refseq_bench.worlds.plans.areas import crowded_corners, enclosing
-from refseq_bench.worlds.plans.schema import TABLES, FloorPlan, Wall
+from refseq_bench.worlds.plans.schema import TABLES, FloorPlan, Point, Wall
 
 TOLERANCE = 0.01
 """Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""
@@ -28,6 +29,10 @@ GROUND = 0.03
 """A robot rolls over things that are lower than this [m]."""
 STRIDE, SWING = 0.1, np.radians(10.0)
 """A robot is put down at least every so many metres of a route, and so often while it turns [rad]."""
+MOST = 100
+"""Findings of a kind that are told: who has more has one mistake many times. A choice."""
+SHELL = ("wall", "door", "")
+"""Tables of what may stand in each other by design."""
 PROBE = "check_probe"
 """Name of the box that stands for a robot."""
 
@@ -47,10 +52,13 @@ class RobotBox:
 class Checkup:
     """Findings, one line each, and the costs of the world.
 
-    ``seconds`` to build and compile it, ``megabytes`` of the compiled model, its number of ``geoms`` and of ``solids``.
+    ``more`` is the number of those that are not told: of each kind the first ``MOST`` are, and of overlaps beyond these
+    the pairs of things are counted whose boxes meet. ``seconds`` to build and compile it, ``megabytes`` of the compiled
+    model, its number of ``geoms`` and of ``solids``.
     """
 
     findings: tuple[str, ...]
+    more: int
     seconds: float
     megabytes: float
     geoms: int
@@ -65,13 +73,16 @@ def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox]
     seconds = time.perf_counter() - begun
     solids = _solids(model)
     things = _plan_items(plan)
-    findings = (
-        *_not_enclosed(plan),
-        *_missing(model, things),
-        *_overlapping(model, plan, things, solids),
-        *(line for robot in robots for line in _blocked(spec, plan, things, robot)),
-    )
-    return Checkup(findings, seconds, mujoco.mj_sizeModel(model) / 1e6, model.ngeom, len(solids))
+    overlaps, unmeasured = _overlapping(model, plan, things, solids)
+    kinds = [
+        list(_not_enclosed(plan)),
+        list(_missing(model, things)),
+        overlaps,
+        [line for robot in robots for line in _blocked(spec, plan, things, robot)],
+    ]
+    findings = tuple(line for kind in kinds for line in kind[:MOST])
+    more = sum(map(len, kinds)) - len(findings) + unmeasured
+    return Checkup(findings, more, seconds, mujoco.mj_sizeModel(model) / 1e6, model.ngeom, len(solids))
 
 
 # --- is the building closed? ---
@@ -85,12 +96,18 @@ def _not_enclosed(plan: FloorPlan) -> Iterator[str]:
     if ends := list(_open_ends(walls)):
         yield from ends
     elif all(0.0 in np.subtract(wall.end, wall.start) for wall in walls):
-        crowded = [f"x {x:.2f}, y {y:.2f}" for x, y in crowded_corners(plan)]
-        where = f": more than two end at {'; at '.join(crowded[:4])}" if crowded else ""
+        crowded = [f"{_ending(walls, (x, y))} end at x {x:.2f}, y {y:.2f}" for x, y in crowded_corners(plan)]
+        where = f": {'; '.join(crowded[:4])}" if crowded else ""
         yield (
             f"walls up to the ceiling enclose no one area{where}; floor and ceiling fill the rectangle around them "
             "all: valid is an outline whose walls meet two by two, with partitions inside it"
         )
+
+
+def _ending(walls: Sequence[Wall], corner: Point) -> str:
+    """Names of the walls that end in a corner; of more than four the first ones."""
+    near = [one for one in walls if min(math.dist(corner, end) for end in (one.start, one.end)) <= 2 * TOLERANCE]
+    return f"walls {', '.join(repr(one.name) for one in near[:4])}{' and others' * (len(near) > 4)}"
 
 
 def _open_ends(walls: Sequence[Wall]) -> Iterator[str]:
@@ -165,21 +182,48 @@ def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Floa
 
 def _overlapping(
     model: mujoco.MjModel, plan: FloorPlan, things: dict[str, _PlanItem], solids: NDArray[np.intp]
-) -> Iterator[str]:
-    """Tell of each two things that stand in each other where they do most."""
+) -> tuple[list[str], int]:
+    """Tell of each two things that stand in each other where they do most, of the first ``MOST`` pairs of things.
+
+    The second is the number of other pairs whose boxes meet: to measure all would take the square of the things.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     hung = {(door.name, door.wall) for door in plan.door}
-    worst: dict[tuple[_PlanItem, _PlanItem], tuple[float, Floats]] = {}
-    for a, b in _near(model, data, solids):
-        one, other = (_owner(model.geom(g).name, things) for g in (a, b))
-        if _built_together(one, other, hung):
-            continue
-        depth, place = _depth(model, data, a, b)
-        if depth > max(TOLERANCE, worst.get((one, other), (0.0,))[0]):
-            worst[one, other] = depth, place
-    for (one, other), (depth, (x, y, z)) in worst.items():
-        yield f"{one} and {other} overlap by {depth:.2f} m at x {x:.2f}, y {y:.2f}, z {z:.2f}"
+    owners = [_owner(model.geom(g).name, things) for g in range(model.ngeom)]
+    near = _near(model, data, solids)
+    numbers = {owner: k for k, owner in enumerate(dict.fromkeys(owners))}
+    number = np.array([numbers[owner] for owner in owners])
+    pairs = number[near] @ (len(numbers), 1)  # one number for two things
+    worst: dict[int, tuple[float, str]] = {}
+
+    def measure(at: int) -> None:
+        a, b = near[at].tolist()
+        if _built_together(owners[a], owners[b], hung):
+            return
+        depth, (x, y, z) = _depth(model, data, a, b)
+        if depth > max(TOLERANCE, worst.get(pairs[at], (0.0,))[0]):
+            where = f"at x {x:.2f}, y {y:.2f}, z {z:.2f}"
+            worst[pairs[at]] = depth, f"{owners[a]} and {owners[b]} overlap by {depth:.2f} m {where}"
+
+    end = 0
+    while end < len(near) and len(worst) < MOST:
+        measure(end)
+        end += 1
+    known = np.isin(pairs[end:], list(worst))
+    for at in np.flatnonzero(known).tolist():
+        measure(end + at)
+    _, first = np.unique(pairs[end:][~known], return_index=True)
+    left = near[end:][~known][first]
+    left = left[number[left[:, 0]] != number[left[:, 1]]]
+    return [line for _, line in worst.values()], len(left) - _built_in(left, owners, hung)
+
+
+def _built_in(pairs: NDArray[np.intp], owners: Sequence[_PlanItem], hung: set[tuple[str, str]]) -> int:
+    """Count the pairs of geoms (n, 2) that belong together by design: those of the shell alone are looked at."""
+    of_shell = np.array([owner.table in SHELL for owner in owners])
+    built = (_built_together(owners[a], owners[b], hung) for a, b in pairs[of_shell[pairs].all(axis=1)].tolist())
+    return sum(built)
 
 
 def _depth(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> tuple[float, Floats]:
@@ -188,12 +232,11 @@ def _depth(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> tuple[
     return -mujoco.mj_geomDistance(model, data, a, b, 1.0, ends), (ends[:3] + ends[3:]) / 2
 
 
-def _near(model: mujoco.MjModel, data: mujoco.MjData, solids: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
-    """Pairs of solids whose boxes overlap by more than the tolerance."""
+def _near(model: mujoco.MjModel, data: mujoco.MjData, solids: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Pairs of solids whose boxes overlap by more than the tolerance, (n, 2)."""
     low, high = (corners[solids] for corners in geom_boxes(model, data))
     meet = np.all(low[:, None] < high[None] - TOLERANCE, axis=2)
-    first, second = np.nonzero(np.triu(meet & meet.T, 1))
-    yield from zip(solids[first].tolist(), solids[second].tolist(), strict=True)
+    return solids[np.argwhere(np.triu(meet & meet.T, 1))]
 
 
 def _built_together(one: _PlanItem, other: _PlanItem, hung: set[tuple[str, str]]) -> bool:

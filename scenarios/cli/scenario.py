@@ -131,7 +131,8 @@ def _only(cases: "list[Case]", names: Sequence[str]) -> "list[Case]":
 Stop with Ctrl-C whenever you like: the same command goes on, since nothing that is in the cache is done again.
 
 Exit codes: 0 some passed and none failed, though others may have been skipped, which is told; 1 an expectation was
-missed, or all cases were skipped; 2 something broke. Scenarios that are not blocking never change it.""",
+missed, or all cases were skipped; 2 an error: the bench broke, or a localiser of yours gave no valid answers. Scenarios
+that are not blocking never change it.""",
 )
 def run(
     scenarios: Names,

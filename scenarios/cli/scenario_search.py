@@ -96,7 +96,7 @@ def _tell_found(found: "SearchResult", files: "Sequence[Path]", enough: float) -
     """Print the worst point, the smallest change, and the files that were written."""
     from refseq_bench.scenarios.campaign.search.search import found_words
 
-    say(out, f"worst: {found_words(found.worst)}")
+    say(out, f"worst, by the mean of both: {found_words(found.worst)}")
     if found.smallest is None:
         say(out, f"no point of {len(found.points)} below {enough:g} %")
     else:

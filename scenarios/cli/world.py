@@ -82,9 +82,12 @@ def check(
     for name, plan in plans.items():
         checkup = check_world(plan, light_named("16:00"), boxes)
         costs = f"{checkup.seconds:.1f} s, {checkup.megabytes:.0f} MB, {checkup.geoms} geoms, {checkup.solids} solid"
-        say(out, f"{name}: {costs}: {len(checkup.findings) or 'nothing'} found")
+        more = f" and {checkup.more} more" if checkup.more else ""
+        say(out, f"{name}: {costs}: {len(checkup.findings) or 'nothing'}{more} found")
         for finding in checkup.findings:
             say(out, f"{name}: {finding}")
+        if more:
+            say(out, f"{name}:{more}, which are not told")
         count += len(checkup.findings)
     if count:
         raise typer.Exit(FOUND)

@@ -5,10 +5,12 @@ import hashlib
 import logging
 import math
 import os
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from refseq.files import open_input
@@ -62,7 +64,13 @@ def words(text: str | None, what: str) -> tuple[str, ...] | None:
     found = tuple(word.strip() for word in text.split(","))
     if not all(found):
         raise ScenarioError(f"{what} {text!r}: a name is empty; valid are names with commas between")
+    _check_once(found, f"{what} {text!r}")
     return found
+
+
+def _check_once(names: Sequence[str], place: str) -> None:
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise ScenarioError(f"{place}: {twice[0]} is named twice; valid is once")
 
 
 def assignments(texts: Sequence[str] | None, what: str) -> dict[str, str]:
@@ -70,6 +78,7 @@ def assignments(texts: Sequence[str] | None, what: str) -> dict[str, str]:
     for text in texts or ():
         if not all(text.partition("=")):
             raise ScenarioError(f"{what} {text!r}: valid is a name, '=' and a value")
+    _check_once([text.partition("=")[0] for text in texts or ()], f"{what} {', '.join(texts or ())!r}")
     return dict(text.split("=", 1) for text in texts or ())
 
 
@@ -115,12 +124,15 @@ def check_beside(source: Path, target: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Tell before the work begins that a folder could not be made or filled; nothing is made yet."""
+    """Tell before the work begins that a folder could not be made or filled; nothing stays made."""
     there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
     if not there.is_dir():
         raise ScenarioError(f"{path}: {there} is no folder; valid is the name of a folder to fill")
-    if not os.access(there, os.W_OK):
-        raise ScenarioError(f"{path}: cannot be written: no write access to folder {there}")
+    try:
+        with TemporaryDirectory(dir=there, prefix=".refseq-"):  # permissions tell nothing of /proc and the like
+            pass
+    except OSError:
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {there}") from None
 
 
 @contextmanager

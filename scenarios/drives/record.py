@@ -185,11 +185,13 @@ def driven(route: NDArray[np.float64], drive: Drive) -> NDArray[np.float64]:
 
 
 def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
-    """Raise ``ScenarioError`` for a sensor that the robot does not carry."""
+    """Raise ``ScenarioError`` for a sensor that the robot does not carry, and for one that is named twice."""
     valid = (*robot.cameras, LASER)
     for sensor in wanted:
         if sensor not in valid:
             raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
+        if wanted.count(sensor) > 1:
+            raise ScenarioError(f"sensors: {sensor} is named twice; valid is once")
 
 
 def record(

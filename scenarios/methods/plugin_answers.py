@@ -11,7 +11,8 @@ from refseq.errors import RefseqError
 SLACK = 1e-5
 """Deviation from 1 that a sum of probabilities may have: those that were summed in single precision are no mistake."""
 
-
+LONGEST_TIME = 86_400.0
+"""Longest time that a step on one view can take [s]: a localiser that takes a day is ended before."""
 SCALES = (1e-6, 1e6)
 """Metres of a map that a metre of an odometer can be taken for."""
 
@@ -81,11 +82,15 @@ def _shares(name: str, given: object, places: int) -> NDArray[np.float64]:
 def _number(name: str, given: object, low: float, high: float) -> float:
     """A number, or an array that holds one."""
     try:
-        found = float(given)  # type: ignore[arg-type]
+        # Python makes numbers of texts and truth values.
+        found = None if isinstance(given, str | bytes | bool | np.bool_) else float(given)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
-        raise NoAnswerError(f"{name} is {given!r:.40}; valid is a number") from None
+        found = None
+    if found is None:
+        raise NoAnswerError(f"{name} is {given!r:.40}; valid is a number")
     if not low <= found <= high or found == np.inf:
-        raise NoAnswerError(f"{name} is {found}; valid is {max(low, 0):g} " + ("to 1" if high == 1 else "or more"))
+        upwards = "or more" if high == np.inf else f"to {high:g}"
+        raise NoAnswerError(f"{name} is {found}; valid is {max(low, 0):g} {upwards}")
     return found
 
 
@@ -106,5 +111,7 @@ def _timings(given: object, seconds: float) -> Timings:
     """Its own times where it tells any; else all that it took counts as matching, which costs are told of."""
     if not isinstance(given, Timings):
         raise NoAnswerError(f"timings is {type(given).__name__}; valid is refseq.belief.Timings")
-    told = [_number("timings", one, 0, np.inf) for one in (given.features, given.matching, given.mixture, given.chain)]
+    told = [
+        _number("timings", one, 0, LONGEST_TIME) for one in (given.features, given.matching, given.mixture, given.chain)
+    ]
     return Timings(*told) if any(told) else Timings(matching=seconds)

@@ -174,6 +174,10 @@ class PluginLocaliser:
         seconds = time.perf_counter() - begin
         with self._guarded(where):
             kept = checked(belief_of(answer, self._places), self._places, seconds)
+            if len(kept.path) > self._count + 1:
+                raise NoAnswerError(
+                    f"path has {len(kept.path)} places; valid are up to {self._count + 1}, one a view of the drive"
+                )
         self._count += 1
         return kept
 

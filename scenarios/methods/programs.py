@@ -2,6 +2,8 @@
 
 import hashlib
 import os
+import re
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +14,12 @@ ENTRY = "localiser"
 STARTS = ("./", "../", "/")
 SCRIPT, BINARY = b"#!", b"\x7fELF"
 """Programs begin so that the system can start."""
+FIRST_LINE = 255
+"""Most bytes of a script's first line that Linux reads."""
+VALID_START = "valid is a binary, or a script that begins as #!/usr/bin/env python3"
+RETURN, RETURN_HINT = "\r", " (its lines end as on Windows)"
+LOOKS_UP = "env"
+"""Interpreter that looks for its first word as the shell does."""
 
 
 def is_program(name: str) -> bool:
@@ -28,11 +36,27 @@ def check_program(name: str) -> None:
     if not os.access(program, os.X_OK):
         raise ScenarioError(f"localiser {name!r}: {program} is not executable; valid is a program (chmod +x)")
     with program.open("rb") as file:
-        if file.read(4)[:2] not in (SCRIPT, BINARY[:2]):
-            raise ScenarioError(
-                f"localiser {name!r}: {program} is no program: its first line tells no interpreter; valid is a binary, "
-                "or a script that begins as #!/usr/bin/env python3"
-            )
+        begin = file.readline(FIRST_LINE)
+    if begin[:2] not in (SCRIPT, BINARY[:2]):
+        raise ScenarioError(
+            f"localiser {name!r}: {program} is no program: its first line tells no interpreter; {VALID_START}"
+        )
+    if begin.startswith(SCRIPT) and (missing := _missing_interpreter(begin)) is not None:
+        raise ScenarioError(
+            f"localiser {name!r}: {program}: its first line names {missing!r}, which is not there"
+            f"{RETURN_HINT * missing.endswith(RETURN)}; {VALID_START}"
+        )
+
+
+def _missing_interpreter(line: bytes) -> str | None:
+    """The program that a script's first line names and this machine lacks, as the kernel and ``env`` read the line."""
+    text = line.removeprefix(SCRIPT).decode(errors="replace").partition("\0")[0].strip(" \t\n")
+    interpreter, *argument = re.split(r"[ \t]+", text, maxsplit=1)
+    # The guest starts in a folder of its own, where no relative path leads to anything.
+    if not (Path(interpreter).is_absolute() and Path(interpreter).is_file() and os.access(interpreter, os.X_OK)):
+        return interpreter
+    looked_up = [one for one in argument if Path(interpreter).name == LOOKS_UP and one[0] != "-" and "=" not in one]
+    return next((one for one in looked_up if shutil.which(one) is None), None)
 
 
 def program_of(name: str) -> Path:

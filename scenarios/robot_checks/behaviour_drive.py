@@ -21,6 +21,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.contacts import thing_in_words
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from refseq_bench.sim.drives.doors import doors_seen
@@ -128,7 +129,9 @@ def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
         if contact.dist < SUNK:
             names = [bench.model.geom(int(geom)).name for geom in contact.geom]
             thing = next((name for name in names if not name.startswith(f"{bench.robot.name}/")), names[0])
-            raise ScenarioError(f"{at} is no place for {bench.robot.name}: it stands in '{thing}'; valid is free floor")
+            raise ScenarioError(
+                f"{at} is no place for {bench.robot.name}: it stands in {thing_in_words(thing)}; valid is free floor"
+            )
 
 
 def _run(bench: Bench, choice: ParsedBehaviour, frame: RobotDescription, timeout: float) -> BehaviourResult:

@@ -1,12 +1,37 @@
 """Contacts of a robot with anything but the floor that it rolls on, and its room, by MuJoCo's collision geometry."""
 
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
 import mujoco
 import numpy as np
 
+from refseq.planar import wrap
 from refseq_bench.sim.bench.bench import Bench
 
+AHEAD = math.radians(45.0)
+"""What is farther to the side stands beside a robot [rad]; a choice."""
 ROOM = 0.05
 """A robot that is set down keeps so much from all things [m]; a choice."""
+
+
+class NearThing(NamedTuple):
+    """A solid of the world by its name, near a part of the robot.
+
+    ``gap`` is between the two [m], below 0 where they meet; ``bearing`` [rad] that of its nearest point from the
+    robot's middle, to the left of where it looks.
+    """
+
+    name: str
+    gap: float
+    bearing: float
+
+
+def thing_in_words(geom: str) -> str:
+    """The thing that a solid is part of, as ``wall 'n1'`` for ``wall:n1:0``."""
+    kind, _, name = geom.partition(":")
+    return f"{kind} '{name.partition(':')[0]}'" if name else f"'{geom}'"
 
 
 class ContactLog:
@@ -51,14 +76,23 @@ class ContactLog:
     @property
     def has_room(self) -> bool:
         """True if it touches nothing, and would not if it stood a little elsewhere."""
-        if self.look():
-            return False
-        model, data = self._bench.model, self._bench.data
-        here = data.geom_xpos[self._own, :2].mean(axis=0)
+        return not self.look() and all(thing.gap > ROOM for thing in self._gaps(2 * ROOM))
+
+    def nearest_ahead(self, within: float) -> NearThing | None:
+        """The thing ahead that is nearest to the robot, no farther than ``within`` [m]; None: nothing is."""
+        ahead = (thing for thing in self._gaps(within) if thing.gap < within and abs(thing.bearing) < AHEAD)
+        return min(ahead, key=lambda thing: thing.gap, default=None)
+
+    def _gaps(self, within: float) -> Iterator[NearThing]:
+        """What each part of the robot and each thing near it are apart; ``within`` stands for all that is farther."""
+        model, data, pose = self._bench.model, self._bench.data, self._bench.pose
+        here, ends = data.geom_xpos[self._own, :2].mean(axis=0), np.zeros(6)
         others = self._solid & ~self._own & ~self._floor
         away = np.hypot(*(data.geom_xpos[:, :2] - here).T) - model.geom_rbound
-        near = np.flatnonzero(others & (away < self._reach + ROOM))
+        near = np.flatnonzero(others & (away < self._reach + within))
         mine = np.flatnonzero(self._own & self._solid)
-        return all(
-            mujoco.mj_geomDistance(model, data, int(a), int(b), 2 * ROOM, None) > ROOM for a in mine for b in near
-        )
+        for a in mine.tolist():
+            for b in near.tolist():
+                gap = mujoco.mj_geomDistance(model, data, a, b, within, ends)
+                bearing = wrap(math.atan2(ends[4] - here[1], ends[3] - here[0]) - pose.heading)
+                yield NearThing(self._names[b], gap, bearing)

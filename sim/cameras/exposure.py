@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq_bench.sim.device_tables import TABLE, Number, require, require_limits, require_positive
+from refseq_bench.sim.device_tables import TABLE, Number, require, require_limits
 
+LONGEST_LAG, LONGEST_SHUTTER = 60.0, 10.0
+"""Times that a control may have [s]; longer ones are milliseconds by mistake (choices)."""
 _BISECTIONS = 40
 
 
@@ -27,8 +29,10 @@ class ExposureControl:
 
     def __post_init__(self) -> None:
         require(0.0 < self.target < 1.0, "exposure.target", self.target, "> 0 and < 1")
-        require_positive("exposure", lag=self.lag)
         require_limits("exposure", shutter=self.shutter, gain=self.gain)
+        require(0.0 < self.lag <= LONGEST_LAG, "exposure.lag", self.lag, f"> 0 and <= {LONGEST_LAG:g} s")
+        longest = self.shutter[1]
+        require(longest <= LONGEST_SHUTTER, "exposure.shutter", longest, f"<= {LONGEST_SHUTTER:g} s")
 
     @property
     def limits(self) -> tuple[float, float]:

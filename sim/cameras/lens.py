@@ -20,6 +20,14 @@ Plane = NDArray[np.floating]
 
 STEEPEST = math.tan(math.radians(80.0))
 """Rays farther off the axis than 80 degrees are not looked at: a plane picture of them would be very large (choice)."""
+NARROWEST = 1.0
+"""Smallest field of view along a picture's longer side [deg]: below it a length is in another unit (choice)."""
+MOST_STRETCH = 2.0
+"""How many times as far out as without distortion a corner may be drawn: lenses that are built reach 1.2 (choice)."""
+LEAST_F, MOST_F = 0.5, 64.0
+"""F-numbers: 0.5 is the least that can be, beyond 64 is a pinhole (choice)."""
+MOST_BLUR = 20.0
+"""Widest σ of a point's image [pixels]: nothing is seen through a wider one (choice)."""
 _RADII = 1 << 15
 """Steps from the axis to ``STEEPEST`` in which the distortion is tabled: interpolating in between errs by 1e-7."""
 
@@ -30,7 +38,7 @@ class Lens:
 
     ``focal`` length [m]; ``f_number``; ``transmission`` in 0…1; ``k1`` and ``k2``, radial distortion as in OpenCV: a
     point at the tangent r off the axis is drawn at r (1 + k1 r² + k2 r⁴); ``corner_loss``: share of the light that the
-    mount keeps from the corners, besides the natural loss; ``blur``: width σ of the image of a point [pixels].
+    mount keeps from the corners, besides the natural loss; ``blur``: width σ of the image of a point, 0…20 [pixels].
     """
 
     __pydantic_config__ = TABLE
@@ -43,12 +51,13 @@ class Lens:
     blur: Number = 0.5
 
     def __post_init__(self) -> None:
-        require_positive("lens", focal=self.focal, f_number=self.f_number)
+        require_positive("lens", focal=self.focal)
+        require(LEAST_F <= self.f_number <= MOST_F, "lens.f_number", self.f_number, f">= {LEAST_F:g} and <= {MOST_F:g}")
         require_share("lens", transmission=self.transmission)
         require(math.isfinite(self.k1), "lens.k1", self.k1, "finite")
         require(math.isfinite(self.k2), "lens.k2", self.k2, "finite")
         require(0.0 <= self.corner_loss <= 1.0, "lens.corner_loss", self.corner_loss, ">= 0 and <= 1")
-        require(0.0 <= self.blur < math.inf, "lens.blur", self.blur, ">= 0 and finite")
+        require(0.0 <= self.blur <= MOST_BLUR, "lens.blur", self.blur, f">= 0 and <= {MOST_BLUR:g} pixels")
 
     @property
     def distorts(self) -> bool:
@@ -75,7 +84,8 @@ class Pinhole(NamedTuple):
 class Optics:
     """A lens before a sensor of ``size`` (width, height) pixels of a pitch ``pixel`` [m].
 
-    Raises ``SimError`` when the distortion draws no point in the picture's corners.
+    Raises ``SimError`` when the distortion draws no point in the picture's corners or one that belongs far inside, and
+    for a field of view below ``NARROWEST``.
     """
 
     def __init__(self, lens: Lens, pixel: float, size: tuple[int, int]) -> None:
@@ -84,6 +94,23 @@ class Optics:
         """Focal length [pixels]."""
         self._centre = ((size[0] - 1) / 2, (size[1] - 1) / 2)
         self._radii = self._table()
+        self._check(pixel)
+
+    def _check(self, pixel: float) -> None:
+        """Raise ``SimError`` for a picture that no lens draws: figures in other units make such."""
+        across = math.degrees(2.0 * math.atan(max(self.size) / 2.0 / self.focal))
+        if across < NARROWEST:
+            raise SimError(
+                f"lens.focal = {self.lens.focal:g} and sensor.pixel = {pixel:g}, both in metres, give a field of view "
+                f"of {across:.2g} degrees; valid is {NARROWEST:g} degree or more"
+            )
+        corner = math.hypot(*self.size) / 2 / self.focal
+        stretch = corner / float(np.interp(corner, *self._radii))
+        if stretch > MOST_STRETCH:
+            raise SimError(
+                f"lens: k1, k2 = {self.lens.k1:g}, {self.lens.k2:g} draw the corner {stretch:.2g} times as far out as "
+                f"without; valid is up to {MOST_STRETCH:g} times"
+            )
 
     def _table(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Distances from the centre at which points are drawn, in focal lengths, and tangents of their rays: (n,) each.

@@ -13,6 +13,8 @@ PHOTONS_PER_LUX_SECOND = 4.09e15
 """Photons on a square metre in a second at one lux: 1 / 683 W/m² of 3.58e-19 J each, all light at 555 nm."""
 WHITE = (1 << 12) - 1
 """Largest number of the analogue-digital converter: 12 bits, a choice."""
+FEWEST, MOST = 16, 8192
+"""Pixels along a side of a picture: fewer show nothing (choices)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +33,8 @@ class Sensor:
     read_noise: Number = 20.0  # M: 15 to 25
 
     def __post_init__(self) -> None:
-        require(all(1 <= n <= 8192 for n in self.size), "sensor.size", tuple(self.size), "two of 1 to 8192 pixels")
+        sane = all(FEWEST <= n <= MOST for n in self.size)
+        require(sane, "sensor.size", tuple(self.size), f"two of {FEWEST} to {MOST} pixels")
         require_positive("sensor", pixel=self.pixel, full_well=self.full_well)
         require_share("sensor", quantum_efficiency=self.quantum_efficiency)
         require(0.0 <= self.read_noise < math.inf, "sensor.read_noise", self.read_noise, ">= 0 and finite")

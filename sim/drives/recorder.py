@@ -11,6 +11,7 @@ import numpy as np
 from refseq.planar import Pose, wrap
 from refseq.view import View
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.contacts import ContactLog, thing_in_words
 from refseq_bench.sim.bench.faults import Fault, FaultSchedule
 from refseq_bench.sim.drives.operator import Operator, OperatorStyle
 from refseq_bench.sim.errors import SimError, StuckError
@@ -64,6 +65,10 @@ class Moved:
 
 STANDSTILL, STEP = 120.0, 0.1
 """An operator whose robot has come no ``STEP`` [m] further or back along the route for so long gives up [s]."""
+
+
+REACH = 0.5
+"""A thing that is farther from a robot [m] is none that it is stuck at: its stops end sooner. A choice."""
 
 
 @dataclass(slots=True)
@@ -137,7 +142,14 @@ def drive_and_sense(
         lasted = bench.time - began
         if lasted > timeout or stands.too_long(operator.progress, bench.time):
             way = f"{operator.progress:.1f} m of {operator.length:.1f} m"
-            raise StuckError(f"the robot came {way} in {lasted:.0f} s: it is stuck")
+            raise StuckError(f"the robot came {way} in {lasted:.0f} s: it is stuck at {_stuck_at(bench)}")
+
+
+def _stuck_at(bench: Bench) -> str:
+    """Where the robot stands, and the thing ahead that is within reach, if any."""
+    near = ContactLog(bench).nearest_ahead(REACH)
+    before = f", {max(0.0, near.gap):.2f} m before {thing_in_words(near.name)}" if near else ""
+    return f"x {bench.pose.x:.2f}, y {bench.pose.y:.2f}{before} (refseq world check tells what stands on a route)"
 
 
 def operator_for(bench: Bench, seed: int, style: OperatorStyle | None = None) -> Operator:

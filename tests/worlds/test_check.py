@@ -5,7 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from refseq_bench.worlds.check import TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
+from refseq_bench.worlds.check import MOST, TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
 from tests.worlds.conftest import corner
@@ -36,7 +36,14 @@ def test_a_wall_that_meets_no_other_leaves_the_building_open(small: Text) -> Non
 
 @pytest.mark.parametrize(
     ("start", "crowded"),
-    [((0.0, 1.0), ": more than two end at x 4.00, y 5.00; at x 0.00, y 1.00"), ((1.0, 1.0), "")],
+    [
+        (
+            (0.0, 1.0),
+            ": walls 'end-2', 'inner-2', 'end' end at x 4.00, y 5.00; "
+            "walls 'inner-1', 'end-1', 'room' end at x 0.00, y 1.00",
+        ),
+        ((1.0, 1.0), ""),
+    ],
 )
 def test_a_room_beside_the_outline_is_told(start: tuple[float, float], crowded: str) -> None:
     x = start[0]
@@ -100,6 +107,17 @@ def test_things_may_stand_in_each_other_as_far_as_the_tolerance(small: Text, apa
     findings = checked(text).findings
     assert bool(findings) == found
     assert all(finding.startswith("box 'a' and box 'b' overlap by 0.01 m at x 3.") for finding in findings)
+
+
+def test_of_many_findings_the_first_hundred_are_told(small: Text) -> None:
+    """Twenty boxes in one place are 190 pairs."""
+    boxes = ", ".join(
+        f'{{ name = "b{k}", kind = "box", at = [3, 0.6], width = 0.5, depth = 0.5, height = 0.5, material = "door" }}'
+        for k in range(20)
+    )
+    checkup = check_world(parse_plan(small(f"furniture = [{boxes}]")), LIGHT)
+    overlaps = [one for one in checkup.findings if "overlap" in one]
+    assert (len(overlaps), checkup.more) == (MOST, 190 - MOST)
 
 
 def test_a_leaf_that_swings_into_a_wall(small: Text) -> None:

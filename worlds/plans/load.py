@@ -19,6 +19,9 @@ from refseq_bench.worlds.plans.generate import corridor
 from refseq_bench.worlds.plans.rules import checked, short
 from refseq_bench.worlds.plans.schema import FloorPlan
 
+DIGITS = 18
+"""Digits that a world's seed may have: such numbers fit 64 bits."""
+
 
 def world_names() -> tuple[str, ...]:
     """Return the worlds that come with this package."""
@@ -36,7 +39,7 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
     path = Path(name_or_path)
     if path.suffix == ".toml":
         return parse_plan(_read(path), str(name_or_path))
-    if made := re.fullmatch(r"(corridor|building):(\d{1,18})(?:,(.*))?", str(name_or_path), re.ASCII):
+    if made := re.fullmatch(rf"(corridor|building):(\d{{1,{DIGITS}}})(?:,(.*))?", str(name_or_path), re.ASCII):
         make = corridor if made[1] == "corridor" else building
         dials = AS_DRAWN if made[3] is None else parse_dials(made[3], str(name_or_path))
         return checked(make(int(made[2]), dials), str(name_or_path))
@@ -46,7 +49,9 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
             f"world '{name_or_path}': it has no dials; valid are they behind corridor:SEED and building:SEED"
         )
     if str(name_or_path) not in world_names():
-        known = f"{', '.join(world_names())}, corridor:SEED, building:SEED (a whole number from 0)"
+        known = (
+            f"{', '.join(world_names())}, corridor:SEED, building:SEED (a whole number from 0, {DIGITS} digits at most)"
+        )
         raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
     return _of_library(f"{name_or_path}.toml")
 

@@ -1,8 +1,10 @@
 """Rules that a floor plan keeps beyond its schema: its parts fit together, and each broken rule is one line."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date, time
 from itertools import combinations, pairwise
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -35,6 +37,15 @@ SAME = 1e-6
 """Points of a line that are nearer to each other [m] are one, and have no direction between them."""
 SMALLEST_SIDE = 0.01
 """Least width and height of what hangs on a wall [m]: a smaller measure was meant in other units."""
+SCALES: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
+    {
+        "floor": {"tile": (0.01, 20.0)},
+        "ceiling": {"panel": (0.05, 20.0)},
+        "wall": {"thickness": (0.01, 5.0)},
+        "door": {"width": (0.3, 20.0), "height": (0.3, 20.0), "depth": (0.1, 50.0)},
+    }
+)
+"""Least and most of a table's measures [m]."""
 BESIDE = 0.01
 """So far from a wall's face one stands on one side of it [m]."""
 HIGHEST_CEILING = 50.0
@@ -50,12 +61,13 @@ def checked(plan: FloorPlan, file: str) -> FloorPlan:
 
 def short(value: Any) -> str:
     """Return a value as errors quote it: on one line, at most 60 characters."""
-    text = repr(value).replace("\n", " ")
+    text = value.isoformat() if isinstance(value, date | time) else repr(value).replace("\n", " ")
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _repeated_names(plan)
+    yield from _out_of_scale(plan)
     yield from _unknown_materials(plan)
     yield from _without_bounds(plan)
     yield from _flat_walls(plan)
@@ -87,6 +99,16 @@ def _repeated_names(plan: FloorPlan) -> Iterator[str]:
             if item.name in seen:
                 yield f"{table}[{i}].name: '{item.name}' is already taken; every {table} needs its own name"
             seen.add(item.name)
+
+
+def _out_of_scale(plan: FloorPlan) -> Iterator[str]:
+    """Find measures that nobody builds: they were meant in other units."""
+    tables = (("floor", plan.floor), ("ceiling", plan.ceiling), *_listed(plan, TABLES))
+    for key, item in tables:
+        for name, (least, most) in SCALES.get(key.partition("[")[0], {}).items():
+            if item is not None and not least <= getattr(item, name) <= most:
+                given = f"{key}.{name}: {getattr(item, name):g} is not valid"
+                yield f"{given}; it should be metres, from {least:g} to {most:g}"
 
 
 def _unknown_materials(plan: FloorPlan) -> Iterator[str]:

@@ -283,8 +283,9 @@ def _check(case: Case, checked: set[str]) -> None:
                 valid = ", ".join(scenario.methods)
                 raise ScenarioError(f"expect: {expectation.text!r}: {method!r} does not run here; valid are {valid}")
         if expectation.seeds > len(scenario.seeds):
+            there = f"{len(scenario.seeds)} seed{'s' * (len(scenario.seeds) > 1)}"
             raise ScenarioError(
-                f"expect: {expectation.text!r}: there are {len(scenario.seeds)} seeds; valid is 'over' so many at most"
+                f"expect: {expectation.text!r}: the scenario has {there}; valid is 'over' so many at most"
             )
     check_judged(scenario)
     if len(set(scenario.seeds)) < len(scenario.seeds):

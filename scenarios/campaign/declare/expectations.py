@@ -65,6 +65,8 @@ _FORM = re.compile(
     r"(?:\s+over\s+(\d{1,9})\s+seeds?)?\s*",
     re.ASCII,
 )
+_LEFT, _RIGHT = 1, (6, 8)
+"""Groups of the form that hold the name of a figure."""
 FORM = "FIGURE [of METHOD] >=|<=|>|< NUMBER [UNIT], [NUMBER *] FIGURE [of METHOD], and after it [over N seeds]"
 _SIGNS = {"≥": ">=", "≤": "<="}
 
@@ -122,6 +124,11 @@ class _ExpectationParser:
                 f"{self.text!r}: units of {left.figure} ({units[0]}) and {right.figure} ({units[1]}) differ; valid are "
                 "two figures of one unit"
             )
+        if (left.figure, left.method) == (right.figure, right.method):
+            raise ScenarioError(
+                f"{self.text!r}: compares {left.figure} with itself; valid are a number, another figure, or that of "
+                "another method"
+            )
         return right
 
     def term(self, figure: str, method: str | None, factor: float = 1.0) -> Term:
@@ -147,27 +154,23 @@ def _factor(text: str, number: float, unit: str | None) -> float:
     return number / 100 if unit else number
 
 
-def as_text(expectation: Expectation) -> str:
-    """An expectation written out: ``parse`` makes the same of it."""
-    right = expectation.right
-    bound = _scaled_as_text(right) if isinstance(right, Term) else repr(right)
-    over = f" over {expectation.seeds} seeds" if expectation.seeds > 1 else ""
-    return f"{_term_as_text(expectation.left)} {expectation.relation} {bound}{over}"
-
-
-def _scaled_as_text(term: Term) -> str:
-    return _term_as_text(term) if term.factor == 1 else f"{term.factor!r} * {_term_as_text(term)}"
-
-
-def _term_as_text(term: Term) -> str:
-    return term.figure if term.method is None else f"{term.figure} of {term.method}"
-
-
 def about(expectation: Expectation, method: str) -> Expectation:
-    """The same expectation of a method, where it names none; its text says so."""
+    """The same expectation of a method, where it names none; its text says so and keeps all other words."""
     left = replace(expectation.left, method=expectation.left.method or method)
     right = expectation.right
     if isinstance(right, Term):
         right = replace(right, method=right.method or method)
     changed = replace(expectation, left=left, right=right)
-    return changed if changed == expectation else replace(changed, text=as_text(changed))
+    return changed if changed == expectation else replace(changed, text=_text_about(expectation, method))
+
+
+def _text_about(expectation: Expectation, method: str) -> str:
+    """The text with the method put behind each figure that is of none."""
+    text, found = expectation.text, _FORM.fullmatch(expectation.text)
+    assert found, "a text that was read is of the form"
+    terms = ((expectation.right, *_RIGHT), (expectation.left, _LEFT))
+    for term, *groups in terms:  # from behind, so that what is put in moves nothing that is still to come
+        at = max(found.end(group) for group in groups)
+        if isinstance(term, Term) and term.method is None:
+            text = f"{text[:at]} of {method}{text[at:]}"
+    return text

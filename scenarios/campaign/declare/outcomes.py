@@ -1,17 +1,19 @@
-"""Outcomes of tasks and verdicts of cases: passed, below what was expected, or the bench broke."""
+"""Outcomes of tasks and verdicts of cases: passed, below what was expected, or no result."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 from refseq_bench.scenarios.errors import ScenarioError
 
+VERDICTS = (
+    "A failure is a result: the robot got stuck, a localiser took too long, or an expectation was missed. An error is "
+    "none: the bench broke, or a localiser of one's own gave no valid answers."
+)
+"""Meaning of the two verdicts, in the same words on all pages."""
+
 
 class Verdict(StrEnum):
-    """Verdict of a case or a task.
-
-    A failure is the robot's or the localiser's: it got stuck, or an expectation was missed. An error is the bench's, or
-    that of a user's localiser which did not answer.
-    """
+    """Verdict of a case or a task; ``VERDICTS`` tells a failure from an error."""
 
     PASSED = "passed"
     FAILED = "failed"

@@ -51,6 +51,12 @@ def _rising(stretch: str) -> str:
     return stretch
 
 
+def _told(title: str) -> str:
+    if not title.strip():
+        raise ValueError(f"{title!r} is not valid; it should be a line of words")
+    return title
+
+
 Line = Annotated[str, AfterValidator(_in_one_line)]
 Feature = Annotated[str, AfterValidator(_known_feature)]
 Stretch = Annotated[str, Field(pattern=r"^[0-9]*:[0-9]*$"), AfterValidator(_rising)]
@@ -250,7 +256,7 @@ class Declared(Table):
     be chosen on the ``training_seeds`` alone, which are never among them.
     """
 
-    title: Line
+    title: Annotated[Line, AfterValidator(_told)]
     source: str = ""
     note: str = ""
     tags: tuple[Line, ...] = ()

@@ -20,10 +20,12 @@ from refseq_bench.scenarios.scoring.intervals.paired import (
     least_p,
     paired_difference,
 )
-from refseq_bench.scenarios.tables import NONE
+from refseq_bench.scenarios.tables import NONE, number_of
 
 PASSES, FAILS = 95.0, 5.0
 """A method passes a case from so many per cent of right answers on, and fails it up to so many: choices."""
+FEW_VIEWS = 10
+"""Of nine views, all of them right, the 95 % interval of their share still begins at 70 %: a choice."""
 MOST_SEEDS = 7
 """From so many seeds on the number of resamples, no longer theirs, bounds what can be shown: more show nothing more."""
 
@@ -69,7 +71,10 @@ class PowerRow:
 
 
 def undecided(case: CaseRecord) -> str:
-    """The reason why a case tells no methods apart; empty of one that does, or that asked one method only."""
+    """The reason why a case tells nothing, or no methods apart; empty of one that does."""
+    if case.schema_type == "localising" and 0 < case.views < FEW_VIEWS:
+        asked = number_of(case.views, "view")
+        return f"decides nothing: it asked about {asked}; shares tell something of {FEW_VIEWS} or more"
     shares = [_right_percent(one) for one in case.methods]
     known = [share for share in shares if not math.isnan(share)]
     if len(known) < 2:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.declare.outcomes import VERDICTS, Verdict
 from refseq_bench.scenarios.campaign.pages.decisive import power_line, power_rows, undecided
 from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
@@ -19,7 +19,7 @@ INDEX = "index.html"
 class IndexRow:
     """A case in words; ``within`` and ``narrow`` are the tolerances of the successes, empty where there are none.
 
-    ``undecided`` is why it tells no methods apart, empty where it does.
+    ``undecided`` is why it tells nothing, or no methods apart; empty where it does.
     """
 
     name: str
@@ -50,6 +50,7 @@ def index_page(record: CampaignRecord, sweep_plots: Sequence[SweepPlot]) -> str:
             if cases
         ],
         campaign=record,
+        verdicts=VERDICTS,
         seconds=duration_text(record.seconds),
         sweep_plots=sweep_plots,
         power_line=power_line(record),

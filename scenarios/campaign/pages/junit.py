@@ -1,6 +1,6 @@
 """JUnit XML, as CI servers read it: a suite a scenario, for each case whether it ran and what was expected of it.
 
-A failure is the robot's or the localiser's, an error the bench's. What cannot be judged is skipped; so is whatever goes
+Failures and errors are those of ``outcomes.VERDICTS``. What cannot be judged is skipped; so is whatever goes
 wrong in a scenario that is not blocking, as a server would fail the build for it.
 """
 

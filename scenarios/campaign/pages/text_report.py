@@ -11,7 +11,7 @@ from refseq_bench.scenarios.campaign.pages.index import INDEX, index_row, verdic
 from refseq_bench.scenarios.campaign.pages.summary import Summary, plain
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from refseq_bench.scenarios.report.words import duration_text
-from refseq_bench.scenarios.tables import NONE, TextTable, print_whole, say
+from refseq_bench.scenarios.tables import NONE, TextTable, number_of, print_whole, say
 
 STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}
 FIGURES = {
@@ -99,8 +99,8 @@ def _with_figures(record: CampaignRecord) -> list[CaseRecord]:
 
 
 def _title(case: CaseRecord) -> str:
-    seeds = f"{len(case.seeds)} seed{'s' if len(case.seeds) != 1 else ''}"
-    return ", ".join((f"{case.name}: {seeds}", f"{case.views} views", *smallest_words(case)))
+    seeds, views = number_of(len(case.seeds), "seed"), number_of(case.views, "view")
+    return ", ".join((f"{case.name}: {seeds}", views, *smallest_words(case)))
 
 
 def _figures(case: CaseRecord) -> list[tuple[str, ...]]:

@@ -1,8 +1,9 @@
 """Worst-case search over a scenario's dials: the worst point, and the smallest change that fails."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 
 from refseq.files import replace_text
@@ -15,13 +16,15 @@ from refseq_bench.scenarios.campaign.search.shrink import shrunk
 from refseq_bench.scenarios.errors import ScenarioError
 
 Say = Callable[[str], None]
+VALUE = attrgetter("value")
 
 
 @dataclass(frozen=True)
 class SearchResult:
     """All points that were run, the worst one, and the smallest change that fails; None: no point failed.
 
-    Where some failed, the worst is among these: another may have a lower mean of both shares, and pass.
+    The worst is that of the lowest ``Found.value``, met while shrinking or before. Where some failed it is among
+    these: another may have a lower value, and pass.
     """
 
     points: tuple[Found, ...]
@@ -52,13 +55,18 @@ def search(
         )
     for _ in seek(run, dials, budget, seed):
         pass
-    failing = [one for one in points if one.success < enough]
-    worst = min(failing or (one for one in points if not math.isnan(one.value)), key=lambda one: one.value)
+    failing = _failing(points, enough)
     if not failing:
-        return SearchResult(tuple(points), worst, None)
+        there = [one for one in points if not math.isnan(one.value)]
+        return SearchResult(tuple(points), min(there, key=VALUE), None)
     say("shrinking")
-    smallest = shrunk(worst.point, dials, lambda point: run(point).success < enough)
-    return SearchResult(tuple(points), worst, probe(smallest))
+    smallest = shrunk(min(failing, key=VALUE).point, dials, lambda point: run(point).success < enough)
+    # A point with fewer dials turned, met on the way, may be a worse one than the search had found.
+    return SearchResult(tuple(points), min(_failing(points, enough), key=VALUE), probe(smallest))
+
+
+def _failing(points: Sequence[Found], enough: float) -> list[Found]:
+    return [one for one in points if one.success < enough]
 
 
 def found_words(found: Found) -> str:

@@ -247,11 +247,17 @@ class Sampling:
     @property
     def trigger(self) -> "Trigger":
         """The same in radians. Raises ``SimError``."""
-        from math import radians
+        from math import inf, radians
 
         from refseq_bench.sim.drives.recorder import Trigger
 
         turn = None if self.turn is None else radians(self.turn)
+        for name, value, or_off in (
+            ("distance", self.distance, ", or 0 for none by distance"),
+            ("time", self.time, ""),
+        ):
+            if value is not None and not (0 < value < inf or (or_off and value == 0)):
+                raise ScenarioError(f"--{name} {value:g} is not valid; it should be above 0 and finite{or_off}")
         if self.distance is None:
             return Trigger(turn=turn, time=self.time)
         return Trigger(distance=self.distance or None, turn=turn, time=self.time)
@@ -404,13 +410,20 @@ def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling,
     from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
     from refseq_bench.sim.sensors.laser import RangeMode
 
+    sensors, cameras = words(carrier.sensors, "sensors"), assignments(carrier.camera, "camera")
+    for name, model in cameras.items():
+        if sensors is not None and name not in sensors:
+            raise ScenarioError(
+                f"--camera {name}={model}: has no effect, as {name} is not among --sensors {carrier.sensors}; valid is "
+                "to ask for both"
+            )
     asked: dict[str, Any] = {
         "world": world,
         **{one.name: getattr(setting, one.name) for one in fields(setting)},
         "robot": carrier.robot,
         "robot_spread": carrier.robot_spread.value,
-        "sensors": words(carrier.sensors, "sensors"),
-        "cameras": assignments(carrier.camera, "camera"),
+        "sensors": sensors,
+        "cameras": cameras,
         "laser": RangeMode[f"METRES_{carrier.laser_range.value}"],
         "renderer": RendererKind(carrier.renderer or DEFAULT_RENDERER),
         "trigger": sampling.trigger,

@@ -11,6 +11,8 @@ from typing import Any
 
 CONFINED = 3
 """Exit code of a guest that could not be confined."""
+NOT_STARTED = 126
+"""Exit code of a guest whose program the system does not start, as a shell has it."""
 
 
 def main(order: dict[str, Any]) -> None:
@@ -25,10 +27,19 @@ def main(order: dict[str, Any]) -> None:
         print(f"the guest cannot be confined: {error}", file=sys.stderr)
         sys.exit(CONFINED)
     if program := order["program"]:
-        os.execv(program, [program])
+        _become(program)
     from refseq_bench.scenarios.methods.guests.host import serve
 
     serve(order["localiser"], order["threads"])
+
+
+def _become(program: str) -> None:
+    """Go on as the program."""
+    try:
+        os.execv(program, [program])
+    except OSError as error:
+        print(f"{Path(program).name} cannot be started: {error.strerror}", file=sys.stderr)
+        sys.exit(NOT_STARTED)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ by row, without gaps. docs/localiser-protocol.md tells each message.
 import json
 import struct
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
@@ -190,12 +190,14 @@ BELIEF_KEYS = frozenset(
     ("type", "places", "lost", "lost_after", "best", "path", "entropy", "odometer_scale", "timings")
 ) | {"pose", "covariance"}
 """All that the header of a belief may hold."""
+STEPS = tuple(step.name for step in fields(Timings))
+"""Steps that are timed, in the order of ``timings``."""
 
 
 def belief_of(message: GuestMessage, places: int) -> Belief:
-    """The belief of so many ``places`` in a message, unchecked; what it leaves out follows from its places.
+    """The belief of so many ``places`` in a message, its numbers unchecked; what it leaves out follows from its places.
 
-    Raises ``WireError`` where the payload is not so long as it should be.
+    Raises ``WireError`` where the payload is not so long as it should be, and for keys of another type than theirs.
     """
     header = message.header
     if unknown := sorted(header.keys() - BELIEF_KEYS):
@@ -203,7 +205,9 @@ def belief_of(message: GuestMessage, places: int) -> Belief:
     if (precision := header.get("places")) not in PRECISIONS:
         raise WireError(f"places are {precision!r:.40}; valid are {' and '.join(PRECISIONS)}")
     dtype = np.dtype(precision).newbyteorder("<")
-    arrays = 2 if header.get("lost_after") is True else 1
+    if not isinstance(after := header.get("lost_after", False), bool):
+        raise WireError(f"lost_after is {after!r:.40}; valid are true and false")
+    arrays = 2 if after else 1
     if len(message.payload) != (due := arrays * places * dtype.itemsize):
         number = "one number" if arrays == 1 else "two numbers, of places and lost_after,"
         raise WireError(
@@ -214,8 +218,7 @@ def belief_of(message: GuestMessage, places: int) -> Belief:
         found, *more = np.split(np.frombuffer(message.payload, dtype).astype(np.float64), arrays)
         best = header.get("best", int(np.argmax(found)))
         spread = header["entropy"] if "entropy" in header else max(0.0, entropy(found))
-    timings = header.get("timings", ())
-    told = Timings(*timings) if isinstance(timings, list) and len(timings) == 4 else Timings()
+    told = _timings_of(header)
     lost_after = more[0] if more else None
     lost, path = header.get("lost", 0.0), header.get("path", (best,))
     scale = header.get("odometer_scale", 1.0)
@@ -224,9 +227,22 @@ def belief_of(message: GuestMessage, places: int) -> Belief:
     )
 
 
+def _timings_of(header: Mapping[str, Any]) -> Timings:
+    """The times that are told, none of which is checked. Raises ``WireError`` for what is no list of all four."""
+    given = header.get("timings", [0.0] * len(STEPS))
+    if not isinstance(given, list) or len(given) != len(STEPS):
+        raise WireError(
+            f"timings are {given!r:.40}; valid is a list of {len(STEPS)} [s], for {', '.join(STEPS[:-1])} and "
+            f"{STEPS[-1]}"
+        )
+    return Timings(*given)
+
+
 def _pose_of(header: Mapping[str, Any]) -> PoseBeside | None:
     """The pose beside the best place, if it is told. Raises ``WireError`` for what is none."""
     if header.get("pose") is None:
+        if header.get("covariance") is not None:
+            raise WireError("told a covariance without a pose; valid are both, or neither")
         return None
     try:
         return pose_beside(header["pose"], header.get("covariance", ()))

@@ -134,12 +134,31 @@ BAD_INPUT = [
     ("demo --query-light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --robot r2d2 -o new", "unknown robot 'r2d2': valid are robuter, segway_rmp, segway_rmp-tractor"),
+    # options that are said twice, or that say nothing
+    (
+        f"{RECORD} --camera camera-1=a --camera camera-1=b",
+        "camera 'camera-1=a, camera-1=b': camera-1 is named twice; valid",
+    ),
+    (
+        "record door.toml -o new.mcap --sensors laser,laser",
+        "sensors 'laser,laser': laser is named twice; valid is once",
+    ),
+    (
+        "record door.toml -o new.mcap --sensors laser --camera camera-2=fire-i-wide",
+        "--camera camera-2=fire-i-wide: has no effect, as camera-2 is not among --sensors laser; valid is to ask for",
+    ),
     # numbers out of range
-    (f"{RECORD} --distance -1", "trigger: distance = -1.0 is not positive and finite"),
-    (f"{RECORD} --distance nan", "trigger: distance = nan is not positive and finite"),
+    (
+        f"{RECORD} --distance -1",
+        "--distance -1 is not valid; it should be above 0 and finite, or 0 for none by distance",
+    ),
+    (
+        f"{RECORD} --distance nan",
+        "--distance nan is not valid; it should be above 0 and finite, or 0 for none by distance",
+    ),
     (f"{RECORD} --distance 0", "trigger: distance, turn and time are all off; valid is at least one of them"),
     (f"{RECORD} --start 99", "start 99.0 m and end 6 m are no stretch of route"),
-    (f"{RECORD} --time inf", "trigger: time = inf is not positive and finite"),
+    (f"{RECORD} --time inf", "--time inf is not valid; it should be above 0 and finite"),
     ("learn run.mcap -o new.refseq --thin inf", "thin inf is not valid; it should be a number of metres, 0 or more"),
     ("learn run.mcap -o new.refseq --views 5:2", "run.mcap: views '5:2' is no stretch of it; valid is FROM:TO within"),
     ("localise map.refseq run.mcap --views 0:999", "run.mcap: views '0:999' is no stretch of it; valid is FROM:TO"),
@@ -163,7 +182,10 @@ BAD_INPUT = [
     ),
     ("localise missing.refseq run.mcap", "missing.refseq: cannot be read: No such file or directory"),
     ("localise run.mcap run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
-    ("localise version-9.refseq run.mcap", "version-9.refseq: is of map format version 9; valid is 4: a newer refseq wrote it"),
+    (
+        "localise version-9.refseq run.mcap",
+        "version-9.refseq: is of map format version 9; valid is 4: a newer",
+    ),
     ("report map.refseq run.mcap missing.parquet -o new.html", "missing.parquet: is no file; valid is a table of"),
     ("report map.refseq run.mcap folder -o new.html", "folder: is no file; valid is a table of beliefs (.parquet)"),
     ("report map.refseq run.mcap run.mcap -o new.html", "run.mcap: is no table of beliefs"),
@@ -172,7 +194,10 @@ BAD_INPUT = [
     ("report map.refseq run.mcap none.parquet -o new.html", "none.parquet: holds no belief; valid is one a view of"),
     ("map matrix missing.refseq", "missing.refseq: cannot be read: No such file or directory"),
     ("map matrix run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
-    ("map matrix version-9.refseq", "version-9.refseq: is of map format version 9; valid is 4: a newer refseq wrote it"),
+    (
+        "map matrix version-9.refseq",
+        "version-9.refseq: is of map format version 9; valid is 4: a newer",
+    ),
     ("compare missing.mcap run.mcap", "missing.mcap: is no file; valid is a recording"),
     ("compare folder run.mcap", "folder: is a folder that holds no log; valid are "),
     ("compare run.mcap empty.mcap", "empty.mcap: is empty; valid are a ROS bag, an MCAP recording"),

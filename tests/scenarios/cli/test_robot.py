@@ -248,7 +248,10 @@ def test_serving_ends_after_its_time(command: Command) -> None:
         ("try robuter MN:1 --pose 3,0,nan", "pose '3,0,nan' is not valid"),
         ("try robuter MN:1 --pose 3,0,0 --route forward", "--pose and --route exclude each other"),
         ("try robuter MN:1 --world small.toml --pose 30,0,0", "pose 30,0,0 lies outside 'small'"),
-        ("try robuter MN:1 --world small.toml --pose 4,1.1,0", "pose 4,1.1,0 is no place for robuter: it stands in '"),
+        (
+            "try robuter MN:1 --world small.toml --pose 4,1.1,0",
+            "pose 4,1.1,0 is no place for robuter: it stands in wall '",
+        ),
         ("try robuter MN:1 --world small.toml --timeout 0", "timeout 0 is not valid"),
         ("try robuter MA:nan,0", "behaviour 'MA:nan,0': x 'nan': valid is a number from -1000 to 1000 m"),
         ("try robuter MC:up", "behaviour 'MC:up': side 'up': valid are ahead, left, right"),

@@ -148,7 +148,9 @@ def test_a_robot_that_takes_too_long_has_failed(refseq: Refseq, file: Path, cach
     assert "failed: tiny" in answer.out
     reasons = [line for line in answer.err.splitlines() if line.startswith("  ")]
     assert len(reasons) == 2
-    assert re.fullmatch(r"  drive small 16:00 by robuter, seed 7: the robot came 0\.\d m of .* it is stuck", reasons[0])
+    assert re.fullmatch(
+        r"  drive small 16:00 by robuter, seed 7: the robot came 0\.\d m of .* it is stuck at x .*", reasons[0]
+    )
     assert reasons[1] == "  not judged: success >= 0 % (no seed was run to its end)"
 
 

@@ -91,25 +91,57 @@ def test_what_is_no_program_is_told_before_anything_runs(here: Path, name: str, 
     assert str(caught.value) == f"localiser {name!r}: {told}"
 
 
+@pytest.mark.parametrize(
+    ("first", "missing"),
+    [
+        ("#!/usr/bin/nonexist", "'/usr/bin/nonexist', which is not there"),
+        ("#! /usr -x", "'/usr', which is not there"),
+        ("#!python3", "'python3', which is not there"),
+        ("#!", "'', which is not there"),
+        ("#!/bin/sh\r", r"'/bin/sh\r', which is not there (its lines end as on Windows)"),
+        ("#!/usr/bin/env python3\r", r"'python3\r', which is not there (its lines end as on Windows)"),
+        ("#!/usr/bin/env python3 -u", "'python3 -u', which is not there"),
+    ],
+)
+def test_an_interpreter_that_is_not_there_is_told_before_anything_runs(here: Path, first: str, missing: str) -> None:
+    (here / "script").write_bytes(f"{first}\nprint('hello')\n".encode())
+    (here / "script").chmod(0o755)
+    with pytest.raises(ScenarioError) as caught:
+        check_methods(["./script"])
+    assert str(caught.value) == (
+        f"localiser './script': script: its first line names {missing}; valid is a binary, or a script that begins as "
+        "#!/usr/bin/env python3"
+    )
+
+
+@pytest.mark.parametrize(
+    "first", [f"#!{sys.executable}", "#!  /bin/sh -e", "#!/usr/bin/env sh", "#!/usr/bin/env -S sh -e"]
+)
+def test_an_interpreter_that_is_there_is_taken(here: Path, first: str) -> None:
+    (here / "script").write_text(f"{first}\n")
+    (here / "script").chmod(0o755)
+    check_methods(["./script"])
+
+
 def test_a_file_that_is_no_program_fails_alone(here: Path, views: list[View]) -> None:
     (here / "text").write_bytes(b"\x7fELF" + bytes(99))
     (here / "text").chmod(0o755)
     found = answers_of_each(["./text", "hamming"], views, views)
     assert list(found.beliefs) == ["hamming"]
     assert str(found.failures["./text"]).startswith("./text, being started: the localiser ended with code")
-    assert "Exec format error" in found.failures["./text"].said
+    assert found.failures["./text"].said == "text cannot be started: Exec format error\n"
 
 
 def test_a_digest_follows_the_program_and_what_lies_in_its_folder(here: Path) -> None:
     for name in ("./one/localiser", "./one"):
         (here / "one").mkdir(exist_ok=True)
-        (here / "one/localiser").write_bytes(b"#!1")
+        (here / "one/localiser").write_bytes(b"#!/bin/sh\n#1")
         (here / "one/localiser").chmod(0o755)
         before = plugin_digest(name)
         (here / "one/weights.bin").write_bytes(b"2")
         assert (plugin_digest(name) != before) == (name == "./one")
         before = plugin_digest(name)
-        (here / "one/localiser").write_bytes(b"#!3")
+        (here / "one/localiser").write_bytes(b"#!/bin/sh\n#3")
         assert plugin_digest(name) != before
         (here / "one/weights.bin").unlink()
 
@@ -147,6 +179,11 @@ while prefix := sys.stdin.buffer.read(8):
             '{"lots": 0.2}',
             "view 0: answered a belief with 'lots'; valid are best, covariance, entropy, lost, lost_after, "
             "odometer_scale, path, places, pose, timings, type",
+        ),
+        (
+            '["laser"]',
+            '{"path": [0, 0]}',
+            "view 0: path has 2 places; valid are up to 1, one a view of the drive",
         ),
     ],
 )

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from refseq_bench.sim.cameras.sensor import WHITE, Sensor
 from refseq_bench.sim.errors import SimError
 
 SMALL = Sensor(size=(64, 48))
-LONG = Lens(focal=0.1, blur=0.0)
+LONG = Lens(focal=0.02, blur=0.0)
 """So narrow a field that its corners are as bright as its centre."""
 MODEL = CameraModel(lens=LONG, sensor=SMALL)
 QUIET = CameraModel(lens=LONG, sensor=Sensor(size=(64, 48), read_noise=0.0))
@@ -31,7 +33,7 @@ def test_electrons_follow_the_camera_equation() -> None:
 
 @pytest.mark.parametrize("luminance", [1.2, 150.0])
 def test_photon_transfer_curve_of_the_numbers_is_a_line_of_the_gain_and_the_read_noise(luminance: float) -> None:
-    eye = camera(2, CameraModel(lens=LONG))
+    eye = camera(2, CameraModel(lens=replace(LONG, focal=0.1)))
     eye.adapt(flat(luminance, (480, 640)), 0.0)
     levels = luminance * np.array([0.3, 0.5, 1.0, 1.5, 2.0, 3.0])
     frames = [eye.digital(flat(level, (480, 640))).astype(float) for level in levels]

@@ -52,5 +52,5 @@ def test_impossible_figures_are_named() -> None:
         Sensor(quantum_efficiency=1.5)
     with pytest.raises(SimError, match=r"^sensor\.read_noise = nan is not >= 0 and finite$"):
         Sensor(read_noise=float("nan"))
-    with pytest.raises(SimError, match=r"^sensor\.size = \(0, 480\) is not two of 1 to 8192 pixels$"):
+    with pytest.raises(SimError, match=r"^sensor\.size = \(0, 480\) is not two of 16 to 8192 pixels$"):
         Sensor(size=(0, 480))

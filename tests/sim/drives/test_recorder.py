@@ -182,8 +182,11 @@ def test_a_robot_that_is_stuck_is_told(corridor: World, timeout: float, gave_up:
             bench.wait()  # which is not the drive's time
         waited = bench.time
         taken = drive_and_sense(bench, operator_for(bench, 1, PERFECT), Trigger(), timeout=timeout)
-        with pytest.raises(SimError, match=r"^the robot came 1\.\d m of 6\.0 m in \d+ s: it is stuck$"):
+        with pytest.raises(SimError, match=r"^the robot came 1\.\d m of 6\.0 m in \d+ s: it is stuck at ") as caught:
             list(taken)
+        gap = 2.9 - bench.pose.x - bench.robot.shape.ahead
+        told = f"x {bench.pose.x:.2f}, y {bench.pose.y:.2f}, {gap:.2f} m before 'barrier' (refseq world check "
+        assert told in str(caught.value)
         assert bench.pose.x < 2.9
         assert gave_up <= bench.time - waited < gave_up + 15.0
 

@@ -133,7 +133,9 @@ def test_a_seed_that_is_none(name: str) -> None:
     with pytest.raises(PlanError) as caught:
         load_plan(name)
     assert str(caught.value).startswith(f"unknown world '{name}'; known are annex, ")
-    assert str(caught.value).endswith("corridor:SEED, building:SEED (a whole number from 0), or a path ending in .toml")
+    assert str(caught.value).endswith(
+        "corridor:SEED, building:SEED (a whole number from 0, 18 digits at most), or a path ending in .toml"
+    )
 
 
 @given(st.text(st.characters(exclude_categories=["Cs"]), max_size=12))

@@ -32,9 +32,8 @@ def test_all_worlds_of_the_library_load() -> None:
 def test_unknown_world() -> None:
     with pytest.raises(WorldsError) as caught:
         load_plan("halway")
-    known = (
-        f"{', '.join(world_names())}, corridor:SEED, building:SEED (a whole number from 0), or a path ending in .toml"
-    )
+    seeds = "corridor:SEED, building:SEED (a whole number from 0, 18 digits at most)"
+    known = f"{', '.join(world_names())}, {seeds}, or a path ending in .toml"
     assert str(caught.value) == f"unknown world 'halway'; known are {known}"
 
 
@@ -180,7 +179,31 @@ def test_each_mistake_is_one_line(small: Text, top: str, said: str) -> None:
 
 def test_a_day_of_which_no_sun_is_known_is_told(small: Text) -> None:
     said = message(small().replace("2008-03-20", "9999-12-31"))
-    assert said.startswith("plan.toml: place.date: datetime.date(9999, 12, 31) is not valid; it should be less than")
+    assert said.startswith("plan.toml: place.date: 9999-12-31 is not valid; it should be less than")
+
+
+@pytest.mark.parametrize(
+    ("was", "given", "said"),
+    [
+        (
+            "thickness = 0.3",
+            "thickness = 30",
+            "wall[1].thickness: 30 is not valid; it should be metres, from 0.01 to 5",
+        ),
+        ("[floor]", "[floor]\ntile = 0.0001", "floor.tile: 0.0001 is not valid; it should be metres, from 0.01 to 20"),
+        ("[ceiling]", "[ceiling]\npanel = 60", "ceiling.panel: 60 is not valid; it should be metres, from 0.05 to 20"),
+    ],
+)
+def test_a_measure_in_another_unit_is_told(small: Text, was: str, given: str, said: str) -> None:
+    assert message(small().replace(was, given, 1)) == f"plan.toml: {said}"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "valid"), [("width", 0.09, "0.3 to 20"), ("height", 0.2, "0.3 to 20"), ("depth", 500, "0.1 to 50")]
+)
+def test_a_door_in_another_unit_is_told(small: Text, key: str, value: float, valid: str) -> None:
+    said = message(small(f'door = [{{ name = "d1", wall = "left", at = 2, {key} = {value} }}]'))
+    assert said == f"plan.toml: door[0].{key}: {value:g} is not valid; it should be metres, from {valid}"
 
 
 def test_an_unknown_key_of_the_ceiling_is_told(small: Text) -> None:

@@ -148,6 +148,10 @@ BAD = {
         GOOD + "[localise]\nsensors = []\n",
         "localise.sensors holds too little; it should be a list of 1 or more",
     ),
+    "a sensor twice": (
+        GOOD + '[localise]\nsensors = ["laser", "laser"]\n',
+        "reference: sensors: laser is named twice; valid is once",
+    ),
     "nothing to see": (GOOD + '[localise]\nsensors = ["camera-1"]\n', "reference: renderer 'none' takes no images"),
     "camera": (GOOD + '[query.cameras]\ncamera-9 = "fire-i"\n', "query: sensor 'camera-9' is not on robot 'robuter'"),
     "camera's model": (GOOD + '[query.cameras]\ncamera-1 = "obscura"\n', "query: unknown camera 'obscura': valid are"),
@@ -272,6 +276,11 @@ BAD = {
         GOOD + '[query.cameras]\ncamera-1 = "a\\u0000.toml"\n',
         "query.cameras.camera-1: 'a\\x00.toml' is not valid; it should be one line of characters",
     ),
+    "an empty title": ('title = " "\n' + BODY, "title: ' ' is not valid; it should be a line of words"),
+    "more seeds than the one": (
+        HEAD + 'seeds = [1]\nexpect = ["success >= 0.5 over 2 seeds"]\n' + BODY,
+        "expect: 'success >= 0.5 over 2 seeds': the scenario has 1 seed; valid is 'over' so many at most",
+    ),
     "a title in two lines": ('title = "a\\nb"\n' + BODY, "title: 'a\\nb' is not valid; it should be one line of"),
     "no view": (GOOD + "[query.trigger]\ndistance = 0\n", "query: trigger: distance, turn and time are all off; valid"),
     "grammar": (HEAD + 'expect = ["it works"]\n' + BODY, "'it works' is no expectation; valid is FIGURE"),
@@ -282,7 +291,7 @@ BAD = {
     ),
     "more seeds than there are": (
         HEAD + 'expect = ["success >= 0.5 over 9 seeds"]\n' + BODY,
-        "expect: 'success >= 0.5 over 9 seeds': there are 5 seeds; valid is 'over' so many at most",
+        "expect: 'success >= 0.5 over 9 seeds': the scenario has 5 seeds; valid is 'over' so many at most",
     ),
     "vary's kind": (
         GOOD + "[vary.all]\nx = 1\n",

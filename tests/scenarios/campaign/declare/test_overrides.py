@@ -51,10 +51,10 @@ def test_several_are_judged_each(cases: list[Case]) -> None:
     (case,) = with_methods(cases, ["topometric", "topological", "topometric"], None)
     assert case.scenario.judged == "topometric"
     assert texts(case) == [
-        "success of topometric >= 0.8",
+        "success of topometric >= 80 %",
         "success_hmm >= 70 %",
         "failures of topometric <= failures of vlad",
-        "success of topological >= 0.8",
+        "success of topological >= 80 %",
         "failures of topological <= failures of vlad",
     ]
 

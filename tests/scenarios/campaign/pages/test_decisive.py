@@ -45,6 +45,11 @@ TELLING = asked("telling", a=[91, 93, 90, 92, 91], b=[60, 64, 58, 62, 61], c=[91
         (HOPELESS, "decides nothing: none of 2 methods is right at more than 5 %"),
         (TELLING, ""),
         (asked("alone", a=[100] * 5), ""),
+        (
+            asked("short", a=[100]).model_copy(update={"views": 1}),
+            "decides nothing: it asked about 1 view; shares tell something of 10 or more",
+        ),
+        (asked("enough", a=[100]).model_copy(update={"views": 10}), ""),
     ],
 )
 def test_case_that_tells_no_methods_apart_is_flagged(record: CaseRecord, reason: str) -> None:

@@ -1,8 +1,9 @@
+import html
 from pathlib import Path
 
 import pytest
 
-from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.declare.outcomes import VERDICTS, Verdict
 from refseq_bench.scenarios.campaign.pages.index import index_page, verdict_line
 from refseq_bench.scenarios.campaign.pages.sweep_plot import sweep_plot_of
 from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
@@ -16,6 +17,7 @@ from refseq_bench.scenarios.campaign.store.result_file import (
     write_result,
 )
 from refseq_bench.scenarios.scoring.proportion import Proportion
+from tests.pages import ROOT
 from tests.scenarios.conftest import Refseq
 from tests.scenarios.report.test_document import Page
 
@@ -235,3 +237,10 @@ def test_a_method_without_answers_leaves_a_gap() -> None:
     dial = sweep_plot_of([first, second.model_copy(update={"methods": (method("a", 5),)})])
     assert dial is not None
     assert dial.rows[1] == ("b", ("10.0 % [2, 40]", "n/a"))
+
+
+@pytest.mark.parametrize("page", ["scenarios", "ci"])
+def test_failure_and_error_mean_the_same_on_all_pages(page: str) -> None:
+    text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    assert VERDICTS in " ".join(text.replace("*", "").split())
+    assert VERDICTS in html.unescape(index_page(MIXED, []))

@@ -1,6 +1,7 @@
 import math
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,23 @@ def test_the_worst_failure_is_a_failure() -> None:
     found = search(passing, DIALS, 12, seed=1, enough=0.8, say=lambda _line: None)
     assert any(one.success > 0.8 and one.value < 0.5 for one in found.points)
     assert found.worst.success == 0.75
+
+
+def test_a_point_that_shrinking_finds_to_be_worse_is_the_worst() -> None:
+    """One dial alone does more harm than both: the search sees both turned, shrinking one at a time."""
+
+    def crossed(point: Point) -> Found:
+        turned = len(point) - list(point.values()).count(0.0)
+        return (Found(point, 1.0, 1.0), Found(point, 0.7, 0.35), Found(point, 0.72, 0.61))[turned]
+
+    found = search(crossed, {"x": narrowed(X), "y": narrowed(Y)}, 2, seed=1, enough=0.8, say=lambda _line: None)
+    assert found.smallest is not None
+    assert found.worst.value == found.smallest.value == min(one.value for one in found.points)
+
+
+def narrowed(dial: Scale) -> Scale:
+    """The same without its easy value, which the search cannot draw then."""
+    return replace(dial, least=1.0)
 
 
 def test_same_seed_seeks_the_same_points_and_another_others() -> None:
@@ -119,6 +137,15 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     assert line in answer.err
     assert len(answer.err.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc, where nobody makes a folder")
+def test_a_folder_that_nobody_can_make_is_told_before_anything_is_driven(tmp_path: Path, refseq: Refseq) -> None:
+    answer = refseq(
+        "scenario", "search", scenario_in(tmp_path), "--method", "vlad", "--budget", "2", "-o", "/proc/out/x"
+    )
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == "error: /proc/out/x: cannot be written: no write access to folder /proc\n"
 
 
 @pytest.mark.parametrize(

@@ -104,7 +104,7 @@ BAD_ANSWERS = [
     ("belief_from(np.ones(5), 0.5, lost_after=np.ones(4) / 9)", "lost_after has shape (4,); valid is (5,), one a "),
     ("belief_from(np.ones(5), 0.5, lost_after=np.eye(5)[0] * np.nan)", "lost_after holds what is no probability"),
     ("belief_from(np.ones(5), 0.5, lost_after=np.ones(5) / 5)", "lost_after sums to 1; valid is at most lost, 0.5"),
-    ("Belief(np.ones(5) / 5, 0, 0, (0,), 0, odometer_scale=-1.0)", "odometer_scale is -1.0; valid is 1e-06 or more"),
+    ("Belief(np.ones(5) / 5, 0, 0, (0,), 0, odometer_scale=-1.0)", "odometer_scale is -1.0; valid is 1e-06 to 1e+06"),
     ("belief_from(np.ones(5), 0.5, lost_after='hall')", "lost_after is str; valid is an array (5,) of numbers"),
     ("Belief(np.ones(5) / 5, np.nan, 0, (0,), 0)", "lost is nan; valid is 0 to 1"),
     ("Belief(np.ones(5) / 5, 1.5, 0, (0,), 0)", "lost is 1.5; valid is 0 to 1"),
@@ -116,6 +116,8 @@ BAD_ANSWERS = [
     ("Belief(np.ones(5) / 5, 0, 0, (9,), 0)", "path is 9; valid is a whole number from 0 to 4, or -1 where it is lost"),
     ("Belief(np.ones(5) / 5, 0, 0, (0,), np.nan)", "entropy is nan; valid is 0 or more"),
     ("Belief(np.ones(5) / 5, 0, 0, (0,), np.inf)", "entropy is inf; valid is 0 or more"),
+    ("Belief(np.ones(5) / 5, '0.2', 0, (0,), 0)", "lost is '0.2'; valid is a number"),
+    ("Belief(np.ones(5) / 5, True, 0, (0,), 0)", "lost is True; valid is a number"),
     ("Belief(np.ones(5) / 5, 0, 0, (0,), 0, 3)", "timings is int; valid is refseq.belief.Timings"),
     ("Belief([10**400] * 5, 0, 0, (0,), 0)", "places is list; valid is an array (5,) of numbers"),
     (

@@ -20,9 +20,10 @@ from refseq_bench.scenarios.methods.guests.wire import (
     view_message,
     view_of,
 )
-from refseq_bench.scenarios.methods.plugin_answers import checked
+from refseq_bench.scenarios.methods.plugin_answers import NoAnswerError, checked
 
 STDOUT = " (words on standard output are taken for a message: they belong to standard error)"
+FOUR_TIMES = "; valid is a list of 4 [s], for features, matching, mixture and chain"
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 pictures = st.dictionaries(st.text(max_size=5), arrays(np.uint8, st.tuples(st.integers(1, 5), st.integers(1, 5))))
@@ -114,6 +115,34 @@ def test_what_is_no_pose_is_told() -> None:
     message = packed(Kind.BELIEF, {"places": "float32", "pose": [0.1, 0.2, 0.3]}, [np.ones(3, "<f4")])
     with pytest.raises(WireError, match=r"covariance of \(0,\); valid are"):
         belief_of(received(message), 3)
+
+
+@pytest.mark.parametrize(
+    ("key", "given", "told"),
+    [
+        ("lost", "0.2", "lost is '0.2'; valid is a number"),
+        ("lost", True, "lost is True; valid is a number"),
+        ("entropy", "3", "entropy is '3'; valid is a number"),
+        ("entropy", None, "entropy is None; valid is a number"),
+        ("odometer_scale", "1", "odometer_scale is '1'; valid is a number"),
+        ("lost_after", "yes", "lost_after is 'yes'; valid are true and false"),
+        ("lost_after", 1, "lost_after is 1; valid are true and false"),
+        ("timings", {"matching": 0.1}, f"timings are {{'matching': 0.1}}{FOUR_TIMES}"),
+        ("timings", [1, 1, 1], f"timings are [1, 1, 1]{FOUR_TIMES}"),
+        ("timings", 3, f"timings are 3{FOUR_TIMES}"),
+        ("timings", [0, 1e30, 0, 0], "timings is 1e+30; valid is 0 to 86400"),
+        ("timings", [0, "1", 0, 0], "timings is '1'; valid is a number"),
+        ("covariance", [0.0] * 9, "told a covariance without a pose; valid are both, or neither"),
+        ("pose", ["0", "0", "0"], "pose ['0', '0', '0'] ± () is no numbers; valid are 3 and 9"),
+        ("pose", [True, False, True], "pose [True, False, True] ± () is no numbers; valid are 3 and 9"),
+        ("pose", [0, [0], 0], "pose [0, [0], 0] ± () is no numbers; valid are 3 and 9"),
+    ],
+)
+def test_a_key_of_another_type_is_refused(key: str, given: object, told: str) -> None:
+    message = received(packed(Kind.BELIEF, {"places": "float32", key: given}, [np.full(3, 1 / 3, "<f4")]))
+    with pytest.raises((WireError, NoAnswerError)) as caught:
+        checked(belief_of(message, 3), 3, 0.1)
+    assert str(caught.value) == told
 
 
 def test_what_a_belief_leaves_out_follows_from_its_places() -> None:
