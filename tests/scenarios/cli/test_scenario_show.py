@@ -203,8 +203,8 @@ def test_a_localiser_that_does_wrong_fails_alone(laser: Path, store: Store) -> N
     assert result.reasons == (
         f"own:Raising, view 2: raised ZeroDivisionError: division by zero (own.py, line {line})",
         "own:Nan, view 1: places holds what is no probability (nan, infinite or negative)",
-        "not judged: success of own:Raising >= 0.01 (own:Raising has no answers)",
-        "not judged: success of own:Nan >= 0.01 (own:Nan has no answers)",
+        "not judged: success of own:Raising >= 1 % (own:Raising has no answers)",
+        "not judged: success of own:Nan >= 1 % (own:Nan has no answers)",
     )
     assert result.verdict is Verdict.ERROR
     assert "return 1 / 0" in result.mishaps[0].details

@@ -109,7 +109,10 @@ def test_one_stage_and_a_share_asked_for(here: Path, refseq: Refseq) -> None:
         ((*LIVE, "--route", "up", "--rrd", "x.rrd"), "unknown route 'up'"),
         ((*LIVE, "--light", "25:00", "--rrd", "x.rrd"), "25:00"),
         ((*LIVE, "--script", "none.txt", "--rrd", "x.rrd"), "none.txt: is no file"),
-        ((*LIVE, "--distance", "-1", "--rrd", "x.rrd"), "trigger: distance = -1.0 is not positive"),
+        (
+            (*LIVE, "--distance", "-1", "--rrd", "x.rrd"),
+            "--distance -1 is not valid; it should be above 0 and finite, or 0 for none by distance",
+        ),
         ((*LIVE, "--connect", "rerun+http://127.0.0.1:9/proxy"), "nobody answers"),
     ],
 )

@@ -189,8 +189,11 @@ def test_stopped_before_the_first_view_nothing_is_written(plan: str, tmp_path: P
         (("--script", "KEYS", "--side", "0.3"), "--operator-style and --side are of who follows the route"),
         (("--behaviours", "MN:1", "--operator-style", "weaving"), "an operator's style or side and behaviours exclude"),
         (("--script", "KEYS", "--on-request", "--time", "2"), "--on-request and --time 2 exclude each other"),
-        (("--script", "KEYS", "--time", "0"), "trigger: time = 0.0 is not positive"),
-        (("--script", "KEYS", "--distance", "-1"), "trigger: distance = -1.0 is not positive"),
+        (("--script", "KEYS", "--time", "0"), "--time 0 is not valid; it should be above 0 and finite"),
+        (
+            ("--script", "KEYS", "--distance", "-1"),
+            "--distance -1 is not valid; it should be above 0 and finite, or 0 for none by distance",
+        ),
         (("--script", "KEYS", "--sensors", "sonar"), "sensor 'sonar' is not on robot 'robuter'"),
         (
             ("--script", "KEYS", "--renderer", "fast"),
