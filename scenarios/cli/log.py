@@ -287,7 +287,7 @@ def trim(log: LogFile, output: Annotated[Path, output("Log to write, of the same
 def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", how: str) -> None:
     from refseq.logs import open_log
     from refseq_bench.scenarios.log_tools.rewriting.copies import check_copy, copy_stretch
-    from refseq_bench.scenarios.log_tools.rewriting.cutting import logged_span
+    from refseq_bench.scenarios.log_tools.rewriting.cutting import log_span
 
     check_beside(log, output)
     source = open_log(log)
@@ -297,7 +297,7 @@ def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", h
     begin, end = plan.views[0].time, plan.views[-1].time
     notes = {"cut": f"{how} of {log.name}, {kept.first - begin:.3f} to {kept.last - begin:.3f} s"}
     with writing(output):
-        messages = copy_stretch(log, output, logged_span(plan, kept), notes)
+        messages = copy_stretch(log, output, log_span(plan, kept), notes)
     if not plan.source.complete:
         say(err, f"note: {log} is incomplete ({plan.source.damage}): what lies before is written")
     say(

@@ -11,6 +11,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from refseq.errors import LogError
 from refseq.logs import RecordingWriter, open_log, plan_views, read_recording
+from refseq.logs.carmen import LineSpan
 from refseq.logs.formats import DriveFormat, output_format
 from refseq.planar import Pose
 from refseq.view import View
@@ -94,9 +95,17 @@ def test_lines_of_carmen_stay_as_they_are_packed_or_not(tmp_path):
     lines += [f"ODOM {k}.0 0.0 0.0 0.5 0.0 0.0 {k}.0 host {k}.5" for k in range(10)]
     source, target = tmp_path / "in.clf.bz2", tmp_path / "out.clf.bz2"
     source.write_bytes(bz2.compress("\n".join([*lines, ""]).encode()))
-    assert copy_stretch(source, target, LoggedSpan(2 * 10**9, 5 * 10**9), {"cut": "two to five"}) == 3
+    assert copy_stretch(source, target, LineSpan(6, 7, frozenset({4})), {"cut": "some"}) == 3
     told = bz2.decompress(target.read_bytes()).decode().splitlines()
-    assert told == ["PARAM cut two_to_five 0 refseq 0", *lines[:2], *lines[4:7]]
+    assert told == ["PARAM cut some 0 refseq 0", *lines[:2], lines[3], *lines[5:7]]
+
+
+def test_a_packed_carmen_log_that_was_cut_off_is_copied_as_far_as_it_goes(tmp_path):
+    source, target = tmp_path / "in.clf.bz2", tmp_path / "out.clf"
+    rng = np.random.default_rng(0)
+    parts = [bz2.compress(f"ODOM {x} 0 0 0 0 0 {x} host {x}\n".encode()) for x in rng.random(20)]
+    source.write_bytes(b"".join(parts)[: -len(parts[-1]) // 2])
+    assert copy_stretch(source, target, LineSpan(1, 100, frozenset()), {}) == 19
 
 
 def test_nothing_is_left_of_a_copy_that_fails(tmp_path):
