@@ -97,7 +97,7 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     troubles = troubles_of(found, plan)
     cost = expected_cost([] if plan is None else _sample_views(found, plan, troubles), views, PROFILE)
     same = plan is not None and repeats_odometry(plan.views)
-    places = true if len(true) > MOST * len(way) and not same else way
+    places = true if len(true) > MOST * len(way) else way
     jumps = odometry_jumps(plan.views) if plan else []
     driven = _travelled(way, places, jumps=bool(jumps))
     clocks, late = (clocked.clocks, clocked.found) if clocked else ({}, {})

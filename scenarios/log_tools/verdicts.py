@@ -170,7 +170,8 @@ def _score(of: Prospect) -> LogVerdict:
             "truth and odometry are the same poses: either mapped poses replaced the odometry (then learn and localise "
             "with --odometry-noise), or there is no truth: give it as a trajectory"
         )
-        return LogVerdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
+        noisy = _commands(of, "learn", more="--odometry-noise") if motion_origin(findings) else ()
+        return LogVerdict("score", Usability.LIMITED, reason, (*noisy, *_commands(of, "check", more="--truth FILE")))
     if findings.without_truth:
         reason = f"{findings.views - findings.without_truth} of {findings.views} views have a true pose"
         return LogVerdict("score", Usability.LIMITED, reason)
@@ -205,6 +206,8 @@ def _commands(of: Prospect, task: str, split: int | None = None, more: str = "")
         if of.selection.views:
             return ()  # nobody counts views within views
         options = [more, *options]
+    elif task == "learn" and more:
+        options = [*options, more]
     if task in ("learn", "stretch"):
         return (" ".join(["refseq learn", log, *options, f"--profile {PROFILE} -o", learnt]),)
     if split is None or of.plan is None:
