@@ -30,6 +30,11 @@ from refseq.logs.foxglove.writer import METADATA_NAME
 from refseq.logs.ros.storage import ROSBAG1_MAGIC
 
 NANOSECONDS = 1_000_000_000
+MCAP: tuple[str, ...] = (".mcap",)
+ROSBAG1: tuple[str, ...] = (".bag",)
+CARMEN: tuple[str, ...] = (".clf", ".log", ".carmen")
+PACKED: tuple[str, ...] = (".gz", ".bz2")
+"""Endings of the names of each kind of log."""
 LATCHED = ("/tf_static", "/robot_description")
 """Topics whose last message before the stretch holds within it: it is written at its beginning."""
 
@@ -57,6 +62,27 @@ def check_copy(source: Path, target: Path) -> None:
         raise LogError(f"{target}: is a folder; valid is the name of a file to write")
     if not target.parent.is_dir():
         raise LogError(f"{target}: cannot be written: there is no folder {target.parent}")
+    _check_ending(source, target)
+
+
+def _check_ending(source: Path, target: Path) -> None:
+    """Raise ``LogError`` for a name of another kind of log: a copy is of its source's kind, whatever it is called."""
+    valid, packed = _endings(source), PACKED if is_carmen(source) else ()
+    ending = (target.with_suffix("") if target.suffix in packed else target).suffix.lower()
+    others = (*MCAP, *ROSBAG1, *CARMEN, *PACKED)
+    if ending in valid or (target.suffix == source.suffix if valid else ending not in others):
+        return
+    behind = f", packed with {' or '.join(packed)} behind" if packed else ""
+    told = f"one that ends in {', '.join(valid)}{behind}" if valid else f"one of a folder, without {', '.join(others)}"
+    raise LogError(f"{target}: is no name for a stretch of {source}, which keeps its format; valid is {told}")
+
+
+def _endings(source: Path) -> tuple[str, ...]:
+    """Endings of the names of a log of this one's kind; none of a folder."""
+    if is_carmen(source):
+        return CARMEN
+    copy = _copier(source)
+    return MCAP if copy is _copy_mcap else ROSBAG1 if copy is _copy_rosbag1 else ()
 
 
 def copy_stretch(source: Path, target: Path, span: LoggedSpan | LineSpan, notes: Mapping[str, str]) -> int:

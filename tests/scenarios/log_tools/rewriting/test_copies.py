@@ -127,3 +127,36 @@ def test_a_folder_that_is_there_is_not_replaced(tmp_path):
     (tmp_path / "out").mkdir()
     with pytest.raises(LogError, match="is there already"):
         check_copy(source, tmp_path / "out")
+
+
+CARMEN_LINE = "RAWLASER1 0 0 1 1 20 0.01 0 1 2.0 0 1.0 host 1.0\n"
+NAMES = {
+    "in.mcap": (("a.mcap", "a.MCAP"), ("a.clf", "a.bag", "a.mcap.gz", "a"), "ends in .mcap"),
+    "in.bag": (("a.bag",), ("a.mcap", "a.log"), "ends in .bag"),
+    "in": (("a", "a.2026"), ("a.mcap", "a.bag"), "one of a folder"),
+    "in.clf": (
+        ("a.clf", "a.log.gz", "a.carmen"),
+        ("a.mcap", "a.tum", "a.mcap.bz2"),
+        "ends in .clf, .log, .carmen, packed",
+    ),
+    "in.2003": (("a.2003", "a.clf"), ("a.mcap",), "ends in .clf"),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_copy_is_called_as_its_kind_is(name, tmp_path):
+    source = tmp_path / name
+    if name == "in":
+        write_rosbag2(source, DRIVE)
+    elif name == "in.bag":
+        write_rosbag1(source, DRIVE)
+    elif name == "in.mcap":
+        write_ros2_mcap(source, DRIVE)
+    else:
+        source.write_text(CARMEN_LINE)
+    valid, others, told = NAMES[name]
+    for one in valid:
+        check_copy(source, tmp_path / one)
+    for one in others:
+        with pytest.raises(LogError, match=rf"{one}: is no name for a stretch of .*{name}, .* valid is .*{told}"):
+            check_copy(source, tmp_path / one)
