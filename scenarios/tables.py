@@ -24,6 +24,11 @@ def counted(value: object) -> str:
     return NONE if value is None else str(value)
 
 
+def plural(count: int, word: str) -> str:
+    """A count and its word, in the plural where it needs one."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}{'es' if word.endswith(('s', 'ch')) else 's'}"
+
+
 def with_unknown(cell: str, unknown: int) -> str:
     """A figure's cell, and beside it the number of values that it leaves out as nobody knows them, where there are."""
     return f"{cell} ({unknown} unknown)" if unknown else cell

@@ -21,7 +21,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_beside, check_output, plan_drive, thinned_drive, writing
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import TextTable, print_whole, say
+from refseq_bench.scenarios.tables import TextTable, plural, print_whole, say
 
 if TYPE_CHECKING:
     from refseq.logs import ViewPlan
@@ -247,7 +247,7 @@ def convert(
     with writing(target):
         found = write(plan, target, wanted, notes)
     left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
-    say(out, f"{target}: {found.views} views as {wanted}{left}")
+    say(out, f"{target}: {plural(found.views, 'view')} as {wanted}{left}")
 
 
 @app.command(
@@ -302,6 +302,6 @@ def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", h
         say(err, f"note: {log} is incomplete ({plan.source.damage}): what lies before is written")
     say(
         out,
-        f"{output}: {messages} messages, {kept.views.stop - kept.views.start} of {len(plan)} views; dropped "
-        f"{kept.first - begin:.1f} s at the beginning and {end - kept.last:.1f} s at the end",
+        f"{output}: {plural(messages, 'message')}, {kept.views.stop - kept.views.start} of {plural(len(plan), 'view')}"
+        f"; dropped {kept.first - begin:.1f} s at the beginning and {end - kept.last:.1f} s at the end",
     )

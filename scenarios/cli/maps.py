@@ -28,7 +28,7 @@ from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_ending, check_output, read_drive, words
 from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,8 +91,8 @@ def learn(
     map_.save(output)
     say(
         out,
-        f"{output}: {len(map_)} places over {map_.paths[0].length:.1f} m, {map_.sequence.matrix.N} features of "
-        f"{', '.join(sorted(map_.sensors))}",
+        f"{output}: {plural(len(map_), 'place')} over {map_.paths[0].length:.1f} m, "
+        f"{plural(map_.sequence.matrix.N, 'feature')} of {', '.join(sorted(map_.sensors))}",
     )
 
 
@@ -206,8 +206,8 @@ def _tell_merged(merged: "Merged", read: "Sequence[Map]", whole: "Map", output: 
     joined = sum(decision.joined for decision in merged.decisions)
     say(
         out,
-        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {sum(map(len, read))}, {len(whole.links)} links, "
-        f"{joined} of {len(merged.decisions)} stretches joined",
+        f"{output}: {plural(len(whole.paths), 'path')}, {plural(len(whole), 'place')} of {sum(map(len, read))}, "
+        f"{plural(len(whole.links), 'link')}, {joined} of {plural(len(merged.decisions), 'stretch')} joined",
     )
 
 
@@ -337,7 +337,7 @@ def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_jso
         loops = [{"path": name, "first": first, "second": second} for name, (first, second) in ends]
         print_json({"paths": laid, "apart": apart, "loops": loops, "error": error})
     else:
-        say(out, f"{len(laid)} paths in one frame: {', '.join(laid)}")
+        say(out, f"{plural(len(laid), 'path')} in one frame: {', '.join(laid)}")
         if apart:
             say(out, f"not joined to them: {', '.join(apart)}")
         for path in map_.paths:
