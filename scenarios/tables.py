@@ -24,9 +24,9 @@ def counted(value: object) -> str:
     return NONE if value is None else str(value)
 
 
-def number_of(count: int, thing: str) -> str:
-    """So many things, as ``1 view`` and ``12 views``."""
-    return f"{count} {thing}{'' if count == 1 else 's'}"
+def plural(count: int, word: str) -> str:
+    """A count and its word, in the plural where it needs one."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}{'es' if word.endswith(('s', 'ch')) else 's'}"
 
 
 def with_unknown(cell: str, unknown: int) -> str:

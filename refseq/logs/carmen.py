@@ -130,6 +130,18 @@ REACH = "robot_front_laser_max"
 LASER_TOPIC, ODOMETRY_TOPIC, TRUTH_TOPIC = f"/{LASER}", "/odometry", "/truth"
 
 
+@dataclass(frozen=True, slots=True)
+class LineSpan:
+    """Numbers of lines, from 1: ``first`` to ``last``, both among them, and the ``poses`` before that still hold."""
+
+    first: int
+    last: int
+    poses: frozenset[int]
+
+    def __contains__(self, number: int) -> bool:
+        return self.first <= number <= self.last or number in self.poses
+
+
 class CarmenSource:
     """A laser's scans of a CARMEN log, each a moment of its own with the poses in or before its line.
 
@@ -222,6 +234,27 @@ class CarmenSource:
                         yield Sample(topic, found.time, found.logged, "", content, moment=moment)
                 moment += 1
 
+    def lines_of(self, first: int, last: int) -> LineSpan:
+        """Lines of the scans ``first`` to ``last``, counted from 0, of all between, and of the poses that hold then.
+
+        The order of the lines tells, for a logger's clock may be another than the stamps', or stand still.
+        """
+        poses: dict[str, int] = {}
+        begin = end = scans = 0
+        for line in self._readable():
+            if line.kind in POSES and not begin:
+                poses[line.kind] = line.number
+            if line.kind not in self._kinds:
+                continue
+            if scans == first:
+                begin = line.number
+            elif not begin and line.kind.startswith("RAW") and "ODOM" not in poses:
+                poses.pop("TRUEPOS", None)  # it was that scan's
+            end, scans = line.number, scans + 1
+            if scans > last:
+                break
+        return LineSpan(begin, end, frozenset(poses.values()))
+
     def _read_line(self, line: _CarmenLine, state: _State) -> _LaserLine | None:
         """Take one line into the state; a line of the laser is returned."""
         if line.kind in POSES:
@@ -290,17 +323,21 @@ def _opened(path: Path) -> IO[bytes]:
 
 def _lines(path: Path) -> Iterator[_CarmenLine]:
     """Lines that are neither blank nor comments. Raises ``CutOffError`` where compressed data end before their time."""
-    number = 0
+    for number, text in enumerate(text_lines(path), 1):
+        fields = text.decode("utf-8", errors="replace").split()
+        if fields and not fields[0].startswith("#"):
+            yield _CarmenLine(path, number, fields, text.endswith(b"\n"))
+
+
+def text_lines(path: Path) -> Iterator[bytes]:
+    """All lines, as they are. Raises ``CutOffError`` where compressed data end before their time."""
     unpacked, lines = UNPACKED_TEXT.of(path), MESSAGES.of(path)
     with _opened(path) as file:
-        while text := _next_line(file):
-            number += 1
+        for number, text in enumerate(iter(lambda: _next_line(file), b""), 1):
             LINE_BYTES.check(len(text), f"{path}: line {number}: has")
             unpacked.add(len(text))
             lines.add(1)
-            fields = text.decode("utf-8", errors="replace").split()
-            if fields and not fields[0].startswith("#"):
-                yield _CarmenLine(path, number, fields, text.endswith(b"\n"))
+            yield text
 
 
 def _next_line(file: IO[bytes]) -> bytes:

@@ -22,7 +22,7 @@ from refseq_bench.scenarios.cli.terminal.outputs import LAYOUT, PAGE_TO_WRITE, o
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_beside, check_output, plan_drive, thinned_drive, writing
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import TextTable, print_whole, say
+from refseq_bench.scenarios.tables import TextTable, plural, print_whole, say
 
 if TYPE_CHECKING:
     from refseq.logs import ViewPlan
@@ -248,7 +248,7 @@ def convert(
     with writing(target):
         found = write(plan, target, wanted, notes)
     left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
-    say(out, f"{target}: {found.views} views as {wanted}{left}")
+    say(out, f"{target}: {plural(found.views, 'view')} as {wanted}{left}")
 
 
 @app.command(
@@ -288,7 +288,7 @@ def trim(log: LogFile, output: Annotated[Path, output("Log to write, of the same
 def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", how: str) -> None:
     from refseq.logs import open_log
     from refseq_bench.scenarios.log_tools.rewriting.copies import check_copy, copy_stretch
-    from refseq_bench.scenarios.log_tools.rewriting.cutting import logged_span
+    from refseq_bench.scenarios.log_tools.rewriting.cutting import log_span
 
     check_beside(log, output)
     source = open_log(log)
@@ -298,11 +298,11 @@ def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", h
     begin, end = plan.views[0].time, plan.views[-1].time
     notes = {"cut": f"{how} of {log.name}, {kept.first - begin:.3f} to {kept.last - begin:.3f} s"}
     with writing(output):
-        messages = copy_stretch(log, output, logged_span(plan, kept), notes)
+        messages = copy_stretch(log, output, log_span(plan, kept), notes)
     if not plan.source.complete:
         say(err, f"note: {log} is incomplete ({plan.source.damage}): what lies before is written")
     say(
         out,
-        f"{output}: {messages} messages, {kept.views.stop - kept.views.start} of {len(plan)} views; dropped "
-        f"{kept.first - begin:.1f} s at the beginning and {end - kept.last:.1f} s at the end",
+        f"{output}: {plural(messages, 'message')}, {kept.views.stop - kept.views.start} of {plural(len(plan), 'view')}"
+        f"; dropped {kept.first - begin:.1f} s at the beginning and {end - kept.last:.1f} s at the end",
     )

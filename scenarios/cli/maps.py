@@ -35,7 +35,7 @@ from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_output, read_drive, replacement, words
 from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from refseq.atlas.decision import Decision
@@ -102,8 +102,8 @@ def learn(
     map_.save(output)
     say(
         out,
-        f"{output}: {len(map_)} places over {map_.paths[0].length:.1f} m, {map_.sequence.matrix.N} features of "
-        f"{', '.join(sorted(map_.sensors))}",
+        f"{output}: {plural(len(map_), 'place')} over {map_.paths[0].length:.1f} m, "
+        f"{plural(map_.sequence.matrix.N, 'feature')} of {', '.join(sorted(map_.sensors))}",
     )
 
 
@@ -321,7 +321,7 @@ def plan(
         drawn_on = laid_on and {"fit": laid_on.fit, "marks": laid_on.marks}
         print_json({"paths": laid, "apart": apart, "loops": loops, "error": error, "floor": drawn_on})
     else:
-        say(out, f"{len(laid)} paths in one frame: {', '.join(laid)}")
+        say(out, f"{plural(len(laid), 'path')} in one frame: {', '.join(laid)}")
         if apart:
             say(out, f"not joined to them: {', '.join(apart)}")
         for path in map_.paths:

@@ -23,7 +23,7 @@ from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_output, load_map
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from refseq.access.policy import AccessPolicy
@@ -187,7 +187,7 @@ def viewer(
     ):
         module = ViewerModule(map_, stream, name)
         run_module(link, module, _told)
-    say(out, f"showed {module.shown} views")
+    say(out, f"showed {plural(module.shown, 'view')}")
 
 
 def _run(module: "Module", policy: "AccessPolicy") -> None:

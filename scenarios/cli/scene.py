@@ -11,7 +11,7 @@ from refseq_bench.scenarios.cli.terminal.options import option
 from refseq_bench.scenarios.cli.terminal.outputs import SCENE, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand
 from refseq_bench.scenarios.drives.inputs import check_output, writing
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 __all__ = ["app"]
 
@@ -64,6 +64,9 @@ def look(
         where = "" if one.left is None else f", {abs(one.left):.1f} m {'ahead' if one.left >= 0 else 'behind'}"
         say(out, f"{one.along:7.1f} m  {one.inliers} keys agree{where}")
     if found.place is None:
-        say(out, f"{log}: {scene_file.name} is not found; seen in {len(found.seen)} of {found.views} views")
+        say(out, f"{log}: {scene_file.name} is not found; seen in {len(found.seen)} of {plural(found.views, 'view')}")
         raise typer.Exit(BELOW)
-    say(out, f"{log}: at {scene_file.name} after {found.place:.1f} m; seen in {len(found.seen)} views up to there")
+    say(
+        out,
+        f"{log}: at {scene_file.name} after {found.place:.1f} m; seen in {plural(len(found.seen), 'view')} up to there",
+    )

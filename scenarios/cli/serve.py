@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from refseq_bench.scenarios.cli.terminal.console import err, out
 from refseq_bench.scenarios.cli.terminal.options import Access, MapFile, Seed, Sensors, grouped, option
 from refseq_bench.scenarios.drives.inputs import assignments, load_map, stages, words
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from refseq.serve.session import ServeOptions
@@ -61,7 +61,7 @@ def serve(
     policy, options = access.policy, _options(stage, sensors, seed, robot)
     server = BeliefServer(load_map(map_file), options, policy, lambda line: say(err, line))
     asyncio.run(server.run(lambda address: say(out, f"{map_file}: serves at {address}; Ctrl-C ends it")))
-    say(out, f"{map_file}: served {server.views} views of {server.drives} drives")
+    say(out, f"{map_file}: served {plural(server.views, 'view')} of {plural(server.drives, 'drive')}")
 
 
 def _options(stage: str, sensors: str | None, seed: int, robot: RobotTopics) -> "ServeOptions":

@@ -7,7 +7,7 @@ from pathlib import Path
 from refseq.logs.writing import OutputFormat
 from refseq_bench.scenarios.drives.record import OWN_FORMAT, Drive, NoViewError, sensors_of
 from refseq_bench.scenarios.drives.teleop import TeleopDrive, TeleopResult, record_by_hand
-from refseq_bench.scenarios.tables import number_of
+from refseq_bench.scenarios.tables import plural
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.teleop.capture.desk import Offer
 from refseq_bench.sim.teleop.capture.setup import CaptureSetup
@@ -66,7 +66,7 @@ def record_captures(
             failure, last = error, str(error)
         else:
             files.kept.append(path)
-            last = f"{path.name}: {number_of(len(led.recording.views), 'view')}, {led.way:.1f} m in {led.time:.1f} s"
+            last = f"{path.name}: {plural(len(led.recording.views), 'view')}, {led.way:.1f} m in {led.time:.1f} s"
             yield path, led
         offer = Offer(replace(setup, name=files.free_name(), notes=page.desk.notes), valid, files.check, last)
     if not files.kept:

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.dead_reckoning import dead_reckoned
+from refseq.logs.recording import TimedData, views_of
+from refseq.planar import Pose
 from refseq.view import View
 
 SAME_HEADING, SAME_PLACE = 1e-4, 1.0
@@ -19,7 +21,12 @@ def repeats_odometry(views: Sequence[View]) -> bool:
     true = [view.truth for view in views if view.truth is not None]
     if len(true) < len(views) or len(views) < 2:
         return False
-    return one_path(dead_reckoned(views, true[0]), np.array([(pose.x, pose.y, pose.heading) for pose in true]))
+    return one_path(dead_reckoned(views, true[0]), _retold(true))
+
+
+def _retold(true: Sequence[Pose]) -> NDArray[np.float64]:
+    """The path of true poses, (n, 3), as an odometer's distances and turns tell it, which lose what it slips aside."""
+    return dead_reckoned(list(views_of(TimedData(0.0, odometry=pose) for pose in true)), true[0])
 
 
 def one_path(way: NDArray[np.float64], true: NDArray[np.float64]) -> bool:

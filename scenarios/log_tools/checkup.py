@@ -97,11 +97,11 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     troubles = troubles_of(found, plan)
     cost = expected_cost([] if plan is None else _sample_views(found, plan, troubles), views, PROFILE)
     same = plan is not None and repeats_odometry(plan.views)
-    places = true if len(true) > MOST * len(way) and not same else way
+    places = _places(plan, way)
     jumps = odometry_jumps(plan.views) if plan else []
     driven = _travelled(way, places, jumps=bool(jumps))
     clocks, late = (clocked.clocks, clocked.found) if clocked else ({}, {})
-    prospect = Prospect(path, selection, plan, refusal, views, driven, same, troubles, jumps, late)
+    prospect = Prospect(path, selection, plan, refusal, views, driven, places, same, troubles, jumps, late)
     doubts = _doubts(plan, selection)
     return LogCheckup(
         survey=found,
@@ -153,15 +153,23 @@ def _way(plan: ViewPlan | None) -> NDArray[np.float64]:
     return dead_reckoned(views, views[0].truth if views else None)
 
 
+def _places(plan: ViewPlan | None, way: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Poses of the views, (n, 3): the true ones where most are known, and nan for the others; else by odometry."""
+    true = [view.truth for view in plan.views] if plan else []
+    if sum(pose is not None for pose in true) <= MOST * len(way):
+        return way
+    unknown = (math.nan, math.nan, math.nan)
+    return np.array([(pose.x, pose.y, pose.heading) if pose else unknown for pose in true]).reshape(-1, 3)
+
+
 def _travelled(way: NDArray[np.float64], places: NDArray[np.float64], *, jumps: bool) -> Travel:
-    """Figures of the way by odometry; revisits by ``places``, the true ones where they are known: odometers drift.
+    """Figures of the way by odometry; revisits by those ``places`` that are known.
 
     Where odometry ``jumps`` nobody knows where behind that it comes back to.
     """
     if jumps:
-        return replace(travel(way), revisited=0.0, back_at=math.nan)
-    there = travel(places)
-    return replace(travel(way), revisited=there.revisited, back_at=there.back_at)
+        return replace(travel(way), revisited=0.0)
+    return replace(travel(way), revisited=travel(places[np.isfinite(places).all(axis=1)]).revisited)
 
 
 def _sample_views(found: LogSurvey, plan: ViewPlan, left_out: Collection[str]) -> list[View]:

@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
-from refseq_bench.scenarios.log_tools.warnings import times
 from refseq_bench.scenarios.report.words import duration_text, size_text
+from refseq_bench.scenarios.tables import plural
 
 if TYPE_CHECKING:  # a list of topics needs none of them
     from refseq_bench.scenarios.log_tools.checkup import LogCheckup
@@ -96,14 +96,14 @@ def _drive(checkup: "LogCheckup") -> str:
     way, findings = checkup.travel, checkup.plan.findings if checkup.plan else None
     if findings is None or not motion_origin(findings):
         return "unknown: the log has no odometry"
-    turns = f"{times(way.left_turns, 'turn')} to the left, {way.right_turns} to the right"
+    turns = f"{plural(way.left_turns, 'turn')} to the left, {way.right_turns} to the right"
     twice = f"; {100 * way.revisited:.0f} % of it driven twice" if way.revisited else ""
     return f"{way.length:.1f} m by {motion_origin(findings)} in {way.width:.0f} × {way.height:.0f} m; {turns}{twice}"
 
 
 def _views(checkup: "LogCheckup") -> str:
     plan, thin = checkup.plan, checkup.selection.thin
-    whole = times(len(plan) if plan else 0, "view")
+    whole = plural(len(plan) if plan else 0, "view")
     if plan and plan.findings.leading:
         whole += f" at the times of {plan.findings.leading}, others within {1000 * plan.findings.tolerance:.0f} ms"
     if checkup.selection.late:

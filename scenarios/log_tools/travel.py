@@ -27,8 +27,7 @@ REVISIT_WITHIN, REVISIT_AFTER, REVISIT_HEADING = 1.5, 10.0, math.radians(45)
 class Travel:
     """A path's length, the width and height of the box around it [m], turns to either side, and its revisits.
 
-    ``revisited`` is the share of the path that runs where it ran before, in the same direction. ``back_at`` is the
-    distance along the path where the first such stretch begins [m], NaN without any.
+    ``revisited`` is the share of the path that runs where it ran before, in the same direction.
     """
 
     length: float
@@ -37,7 +36,6 @@ class Travel:
     left_turns: int
     right_turns: int
     revisited: float
-    back_at: float
 
 
 def positions(poses: Sequence[Pose]) -> NDArray[np.float64]:
@@ -48,7 +46,7 @@ def positions(poses: Sequence[Pose]) -> NDArray[np.float64]:
 def travel(path: NDArray[np.float64]) -> Travel:
     """The figures of a path (n, 3) of x, y [m] and heading [rad]; a path of no pose is nowhere."""
     if not len(path):
-        return Travel(0.0, 0.0, 0.0, 0, 0, 0.0, math.nan)
+        return Travel(0.0, 0.0, 0.0, 0, 0, 0.0)
     kept_at = moved(path)
     kept = path[kept_at]
     along = ways_along(kept)
@@ -56,8 +54,7 @@ def travel(path: NDArray[np.float64]) -> Travel:
     left, right = _turns(along, np.unwrap(path[:, 2])[kept_at])
     back = _revisits(along, kept)
     revisited = float(back.mean()) if len(kept) > 1 else 0.0
-    back_at = float(along[np.argmax(back)]) if back.any() else math.nan
-    return Travel(float(along[-1]), float(width), float(height), left, right, revisited, back_at)
+    return Travel(float(along[-1]), float(width), float(height), left, right, revisited)
 
 
 def moved(path: NDArray[np.float64], step: float = STEP) -> NDArray[np.intp]:

@@ -1,6 +1,5 @@
 """Verdicts on a log: how far it serves for learning, localising and scoring, and the command to type next."""
 
-import math
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,11 +8,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.thin import thinned
 from refseq_bench.scenarios.drives.inputs import DriveSelection
 from refseq_bench.scenarios.drives.odometry_doubts import OdometryJump
 from refseq_bench.scenarios.log_tools.clocks.late import late_words
+from refseq_bench.scenarios.log_tools.splitting import DriveSplit, split_of
 from refseq_bench.scenarios.log_tools.survey import motion_origin
 from refseq_bench.scenarios.log_tools.travel import Travel
 
@@ -56,7 +58,8 @@ class Prospect:
     """All that the verdicts are about: the log, its views before and after thinning, and how they were selected.
 
     ``plan`` is None where no view comes of the log, for the reason in ``refusal``; ``views`` counts those that stay
-    after thinning by ``selection``. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
+    after thinning by ``selection``. ``places`` (n, 3) are x, y [m] and heading [rad] of those before, nan where they
+    are not known. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
     of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry. ``late`` sensors, by
     name, have clocks that ``selection`` sets right by so much [s].
     """
@@ -67,6 +70,7 @@ class Prospect:
     refusal: str
     views: int
     travel: Travel
+    places: NDArray[np.float64]
     truth_is_odometry: bool = False
     troubles: Mapping[str, str] = field(default_factory=dict)
     jumps: Sequence[OdometryJump] = ()
@@ -137,10 +141,12 @@ def _localise(of: Prospect) -> LogVerdict:
     if of.length < SHORT:
         reason = f"in a map of another drive; {_hardly_moves(of, of.plan)}"
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "in a map"))
-    split = split_at(of.plan, of.travel) if of.selection.views is None else None
-    if split is not None:
-        reason = f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest"
-        return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split))
+    if split := _split(of, of.plan):
+        reason = (
+            f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest, "
+            f"{split.on_map} of whose {split.asked} views are on that map"
+        )
+        return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split.cut))
     reason = "in a map of another drive along the same path"
     return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
 
@@ -170,23 +176,23 @@ def _score(of: Prospect) -> LogVerdict:
             "truth and odometry are the same poses: either mapped poses replaced the odometry (then learn and localise "
             "with --odometry-noise), or there is no truth: give it as a trajectory"
         )
-        return LogVerdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
+        noisy = _commands(of, "learn", more="--odometry-noise") if motion_origin(findings) else ()
+        return LogVerdict("score", Usability.LIMITED, reason, (*noisy, *_commands(of, "check", more="--truth FILE")))
     if findings.without_truth:
         reason = f"{findings.views - findings.without_truth} of {findings.views} views have a true pose"
         return LogVerdict("score", Usability.LIMITED, reason)
     return LogVerdict("score", Usability.WORKS, f"true poses from {findings.truth}")
 
 
-def split_at(plan: ViewPlan, travel: Travel) -> int | None:
-    """The view, before thinning, at which the path first comes back to where it was; None if it does so too little."""
-    if travel.revisited < WORTH_SPLITTING or math.isnan(travel.back_at):
+def _split(of: Prospect, plan: ViewPlan) -> DriveSplit | None:
+    """The drive cut in two for commands, by its views before thinning; None if it comes back to itself too little."""
+    if of.selection.views is not None or of.travel.revisited < WORTH_SPLITTING:
         return None
-    way = 0.0
-    for number, view in enumerate(plan.views):
-        way += abs(view.distance)
-        if way >= travel.back_at:
-            return number
-    return None
+    thin = of.selection.thin
+    kept = np.array(thinned(plan.views, thin)[0]) if thin else np.arange(len(plan))
+    along = np.cumsum([abs(view.distance) for view in plan.views])
+    found = split_of(of.places[kept], along[kept], FEW_VIEWS)
+    return replace(found, cut=int(kept[found.cut])) if found else None
 
 
 def _commands(of: Prospect, task: str, split: int | None = None, more: str = "") -> tuple[str, ...]:
@@ -205,6 +211,8 @@ def _commands(of: Prospect, task: str, split: int | None = None, more: str = "")
         if of.selection.views:
             return ()  # nobody counts views within views
         options = [more, *options]
+    elif task == "learn" and more:
+        options = [*options, more]
     if task in ("learn", "stretch"):
         return (" ".join(["refseq learn", log, *options, f"--profile {PROFILE} -o", learnt]),)
     if split is None or of.plan is None:

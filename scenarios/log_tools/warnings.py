@@ -11,6 +11,7 @@ from refseq_bench.scenarios.log_tools.clocks.late import SensorClock, late_words
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, scans_of, topic_of
 from refseq_bench.scenarios.log_tools.units import unit_doubts
 from refseq_bench.scenarios.report.words import duration_text
+from refseq_bench.scenarios.tables import plural
 
 MUCH_UNPAIRED = 0.1
 """Share of a sensor's samples without a view from which on it is told."""
@@ -39,7 +40,7 @@ def _of_empty(found: LogSurvey) -> Iterator[str]:
     for kind, count in found.source.skipped.items():
         if kind.endswith(EMPTY):
             why = "before a key frame" if "Video" in kind else NO_VALUE
-            yield f"{times(count, 'message')} of {kind}: {why}"
+            yield f"{plural(count, 'message')} of {kind}: {why}"
 
 
 def _of_layouts(found: LogSurvey, findings: Findings) -> Iterator[str]:
@@ -71,16 +72,16 @@ def _of_other_times(topic: TopicSurvey, found: LogSurvey) -> Iterator[str]:
 def _of_clock(topic: TopicSurvey, start: float) -> Iterator[str]:
     timing = topic.timing
     if timing.zeros:
-        whole = "all stamps" if timing.zeros == timing.count else times(timing.zeros, "stamp")
+        whole = "all stamps" if timing.zeros == timing.count else plural(timing.zeros, "stamp")
         yield f"{whole} of zero: the time of logging stands for them"
     if topic.channel.role is Role.TRANSFORMS:  # of many clocks, and only when something moves
         return
     if timing.backwards:
-        yield f"the clock jumps back {times(timing.backwards, 'time')}"
+        yield f"the clock jumps back {plural(timing.backwards, 'time')}"
     if timing.duplicates:
-        yield f"{times(timing.duplicates, 'message')} with the stamp of the one before"
+        yield f"{plural(timing.duplicates, 'message')} with the stamp of the one before"
     if (gap := timing.longest_gap) is not None:
-        yield (f"{times(len(timing.gaps), 'pause')}, the longest of {gap.length:.1f} s at {gap.start - start:.1f} s")
+        yield (f"{plural(len(timing.gaps), 'pause')}, the longest of {gap.length:.1f} s at {gap.start - start:.1f} s")
 
 
 def _of_sensor_clocks(findings: Findings, clocks: Mapping[str, SensorClock]) -> Iterator[str]:
@@ -119,7 +120,7 @@ def _of_pairing(found: LogSurvey, findings: Findings) -> Iterator[str]:
     yield from findings.notes
     yield from findings.losses()
     if findings.without_odometry:
-        yield f"{times(findings.without_odometry, 'moment')} without odometry: no view"
+        yield f"{plural(findings.without_odometry, 'moment')} without odometry: no view"
     counts = {topic.name: topic.timing.count for topic in found.topics}
     for topic, sensor in findings.sensors.items():
         left = findings.unpaired.get(sensor, 0)
@@ -139,8 +140,3 @@ DAY = 86_400.0
 def span_text(seconds: float) -> str:
     """A time between clocks, in days where it is long."""
     return duration_text(seconds) if seconds < 2 * DAY else f"{seconds / DAY:.1f} days"
-
-
-def times(count: int, word: str) -> str:
-    """A count and its word, in the plural where it needs one."""
-    return f"{count} {word}{'' if count == 1 else 's'}"

@@ -20,7 +20,7 @@ from refseq_bench.scenarios.scoring.intervals.paired import (
     least_p,
     paired_difference,
 )
-from refseq_bench.scenarios.tables import NONE, number_of
+from refseq_bench.scenarios.tables import NONE, plural
 
 PASSES, FAILS = 95.0, 5.0
 """A method passes a case from so many per cent of right answers on, and fails it up to so many: choices."""
@@ -73,7 +73,7 @@ class PowerRow:
 def undecided(case: CaseRecord) -> str:
     """The reason why a case tells nothing, or no methods apart; empty of one that does."""
     if case.schema_type == "localising" and 0 < case.views < FEW_VIEWS:
-        asked = number_of(case.views, "view")
+        asked = plural(case.views, "view")
         return f"decides nothing: it asked about {asked}; shares tell something of {FEW_VIEWS} or more"
     shares = [_right_percent(one) for one in case.methods]
     known = [share for share in shares if not math.isnan(share)]

@@ -11,7 +11,7 @@ from refseq_bench.scenarios.campaign.pages.index import INDEX, index_row, verdic
 from refseq_bench.scenarios.campaign.pages.summary import Summary, plain
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from refseq_bench.scenarios.report.words import duration_text
-from refseq_bench.scenarios.tables import NONE, TextTable, number_of, print_whole, say
+from refseq_bench.scenarios.tables import NONE, TextTable, plural, print_whole, say
 
 STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}
 FIGURES = {
@@ -99,7 +99,7 @@ def _with_figures(record: CampaignRecord) -> list[CaseRecord]:
 
 
 def _title(case: CaseRecord) -> str:
-    seeds, views = number_of(len(case.seeds), "seed"), number_of(case.views, "view")
+    seeds, views = plural(len(case.seeds), "seed"), plural(case.views, "view")
     return ", ".join((f"{case.name}: {seeds}", views, *smallest_words(case)))
 
 

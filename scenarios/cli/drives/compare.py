@@ -20,7 +20,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 )
 from refseq_bench.scenarios.cli.terminal.outputs import PAGE, TABLE, file_to_write, output_file
 from refseq_bench.scenarios.drives.inputs import check_output, words, writing
-from refseq_bench.scenarios.tables import number_of, print_whole, say
+from refseq_bench.scenarios.tables import plural, print_whole, say
 
 if TYPE_CHECKING:
     from refseq_bench.scenarios.scoring.comparison import Comparison
@@ -99,7 +99,7 @@ def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: 
         same = [one for one in comparisons if name in (one.name, ALL)]
         drives = len(same)
         views = len(found[0].wide.outcomes)
-        title = f"{name}: {number_of(drives, 'drive')}, {number_of(views, 'view')}"
+        title = f"{name}: {plural(drives, 'drive')}, {plural(views, 'view')}"
         print_whole(out, figures_table(title, found))
         if lost := lost_table("off the map, and coming back", found):
             print_whole(out, lost)

@@ -29,7 +29,7 @@ from refseq_bench.scenarios.drives.inputs import (
 )
 from refseq_bench.scenarios.drives.left_out import check_all_views
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -125,7 +125,7 @@ def _write_trajectories(
     last = list(comparison.beliefs.values())[-1]
     for file in write_trajectories(map_, comparison.query_views, last, output, TrajectoryFormat(form)):
         if not quiet:
-            say(out, f"{file.path}: poses of {file.poses} of {file.views} views")
+            say(out, f"{file.path}: poses of {file.poses} of {plural(file.views, 'view')}")
 
 
 def conclude(
@@ -157,7 +157,7 @@ def conclude(
         print_json(_summary(comparison, found, faults))
     else:
         if output is not None:
-            say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
+            say(out, f"{output}: beliefs of {plural(len(comparison.query_views), 'view')}")
         _tell(comparison, map_, found, faults)
     leave_below(found, at_least)
 

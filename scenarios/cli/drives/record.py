@@ -28,7 +28,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 from refseq_bench.scenarios.cli.terminal.outputs import DRIVE
 from refseq_bench.scenarios.cli.terminal.screen import page_told
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import number_of, say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from refseq_bench.scenarios.drives.record import Drive
@@ -128,7 +128,7 @@ def _by_itself(drive: "Drive", title: str, output: Path, form: FormatName, notes
         recording = record_drive(
             drive, output, progress, form=output_format(DriveFormat(form)), notes=notes, whole=False
         )
-    say(out, f"{output}: {number_of(len(recording.views), 'view')} of {', '.join(sorted(recording.sensors))}")
+    say(out, f"{output}: {plural(len(recording.views), 'view')} of {', '.join(sorted(recording.sensors))}")
 
 
 @grouped
@@ -172,8 +172,7 @@ def drive(
 def tell_of(led: "TeleopResult", output: Path) -> None:
     """Print how a drive that was led went, and where the robot stopped itself."""
     sensed = ", ".join(sorted(led.recording.sensors))
-    taken = number_of(len(led.recording.views), "view")
-    say(out, f"{output}: {taken} of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
+    say(out, f"{output}: {plural(len(led.recording.views), 'view')} of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
     for stop in led.stops:
         say(out, f"stopped at {stop.since:.1f} s: {stop.cause.value}: {stop.detail}")
 

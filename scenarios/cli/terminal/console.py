@@ -145,13 +145,13 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
     """The table of the stages, with the number of views and 95 % intervals."""
     from refseq_bench.scenarios.scoring.tables.score_tables import consistency_table
     from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
-    from refseq_bench.scenarios.tables import NONE, TextTable, number_of, print_whole
+    from refseq_bench.scenarios.tables import NONE, TextTable, plural, print_whole
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
     tolerances = list(found[0].success) if found else []
     within = [f">within {tolerance.label} [95 %]" for tolerance in tolerances]
-    table = TextTable("stage", *within, ">failures", ">lost", title=f"{title}: {runs}{number_of(views, 'view')}")
+    table = TextTable("stage", *within, ">failures", ">lost", title=f"{title}: {runs}{plural(views, 'view')}")
     for result in found:
         shares = [share_of(result.success[tolerance]) for tolerance in tolerances]
         failures = NONE if result.failures is None else str(result.failures)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from refseq_bench.scenarios.cli.terminal.console import err, out
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from refseq.atlas.merge import Merged
@@ -26,6 +26,6 @@ def tell_merged(merged: "Merged", notes: Sequence[str], places: int, whole: "Map
     joined = sum(decision.joined for decision in merged.decisions)
     say(
         out,
-        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {places}, {len(whole.links)} links, "
-        f"{joined} of {len(merged.decisions)} stretches joined",
+        f"{output}: {plural(len(whole.paths), 'path')}, {plural(len(whole), 'place')} of {places}, "
+        f"{plural(len(whole.links), 'link')}, {joined} of {plural(len(merged.decisions), 'stretch')} joined",
     )

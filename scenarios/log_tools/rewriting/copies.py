@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, NamedTuple, cast
 
 from mcap.exceptions import McapError
 from mcap.records import Channel, Footer, Header, Metadata, Schema
@@ -23,12 +23,18 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from refseq.drafts import draft_folder
 from refseq.errors import LogError
 from refseq.files import put_folder, replacing, replacing_at
+from refseq.logs.carmen import CutOffError, LineSpan, is_carmen, text_lines
 from refseq.logs.closing import incomplete
 from refseq.logs.foxglove.records import McapMessage, is_mcap, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME
 from refseq.logs.ros.storage import ROSBAG1_MAGIC
 
 NANOSECONDS = 1_000_000_000
+MCAP: tuple[str, ...] = (".mcap",)
+ROSBAG1: tuple[str, ...] = (".bag",)
+CARMEN: tuple[str, ...] = (".clf", ".log", ".carmen")
+PACKED: tuple[str, ...] = (".gz", ".bz2")
+"""Endings of the names of each kind of log."""
 LATCHED = ("/tf_static", "/robot_description")
 """Topics whose last message before the stretch holds within it: it is written at its beginning."""
 
@@ -49,21 +55,44 @@ class LoggedSpan(NamedTuple):
 
 def check_copy(source: Path, target: Path) -> None:
     """Raise ``LogError`` before the work begins where ``source`` cannot be copied, or not to ``target``."""
-    folder = _copier(source) is _copy_rosbag2
+    folder = not is_carmen(source) and _copier(source) is _copy_rosbag2
     if folder and target.exists():
         raise LogError(f"{target}: is there already; valid is the name of a folder to make")
     if not folder and target.is_dir():
         raise LogError(f"{target}: is a folder; valid is the name of a file to write")
     if not target.parent.is_dir():
         raise LogError(f"{target}: cannot be written: there is no folder {target.parent}")
+    _check_ending(source, target)
 
 
-def copy_stretch(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
+def _check_ending(source: Path, target: Path) -> None:
+    """Raise ``LogError`` for a name of another kind of log: a copy is of its source's kind, whatever it is called."""
+    valid, packed = _endings(source), PACKED if is_carmen(source) else ()
+    ending = (target.with_suffix("") if target.suffix in packed else target).suffix.lower()
+    others = (*MCAP, *ROSBAG1, *CARMEN, *PACKED)
+    if ending in valid or (target.suffix == source.suffix if valid else ending not in others):
+        return
+    behind = f", packed with {' or '.join(packed)} behind" if packed else ""
+    told = f"one that ends in {', '.join(valid)}{behind}" if valid else f"one of a folder, without {', '.join(others)}"
+    raise LogError(f"{target}: is no name for a stretch of {source}, which keeps its format; valid is {told}")
+
+
+def _endings(source: Path) -> tuple[str, ...]:
+    """Endings of the names of a log of this one's kind; none of a folder."""
+    if is_carmen(source):
+        return CARMEN
+    copy = _copier(source)
+    return MCAP if copy is _copy_mcap else ROSBAG1 if copy is _copy_rosbag1 else ()
+
+
+def copy_stretch(source: Path, target: Path, span: LoggedSpan | LineSpan, notes: Mapping[str, str]) -> int:
     """Copy what was logged in ``span``, with ``notes`` added to the log's own; the number of messages.
 
-    ``target`` is replaced in one step. Raises ``LogError`` for kinds of logs that cannot be copied, and for damage
-    before the stretch begins.
+    The stretch of a CARMEN log is one of lines. ``target`` is replaced in one step. Raises ``LogError`` for kinds of
+    logs that cannot be copied, and for damage before the stretch begins.
     """
+    if isinstance(span, LineSpan):
+        return _copy_carmen(source, target, span, notes)
     copy = _copier(source)
     try:
         return copy(source, target, span, notes)
@@ -82,9 +111,7 @@ def _copier(source: Path) -> Callable[[Path, Path, LoggedSpan, Mapping[str, str]
         head = file.read(len(ROSBAG1_MAGIC))
     if head == ROSBAG1_MAGIC:
         return _copy_rosbag1
-    if source.suffix == ".db3":
-        return _copy_rosbag2
-    return _copy_carmen
+    return _copy_rosbag2
 
 
 def _copy_mcap(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
@@ -194,33 +221,24 @@ def _new_folder(target: Path) -> Iterator[Path]:
         put_folder(folder / target.name, target)
 
 
-def _copy_carmen(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
-    """Lines whose last field, the logger's time, is in the stretch; parameters and comments all."""
+def _copy_carmen(source: Path, target: Path, span: LineSpan, notes: Mapping[str, str]) -> int:
+    """Lines of the stretch as they are; parameters and comments all. Of a log that was cut off, what lies before."""
     count = 0
-    with replacing_at(target) as temporary, _text(source, "rt") as lines, _text(temporary, "wt") as file:
-        file.writelines(f"PARAM {key} {'_'.join(value.split())} 0 refseq 0\n" for key, value in notes.items() if value)
-        for line in lines:
-            word = line.split(None, 1)[0] if line.strip() else "#"
-            if word.startswith("#") or word == "PARAM":
+    with replacing_at(target) as temporary, _packed(temporary) as file, suppress(CutOffError):
+        told = (f"PARAM {key} {'_'.join(value.split())} 0 refseq 0\n" for key, value in notes.items() if value)
+        file.writelines(line.encode() for line in told)
+        for number, line in enumerate(text_lines(source), 1):
+            word = line.split(None, 1)[0] if line.strip() else b"#"
+            if word.startswith(b"#") or word == b"PARAM":
                 file.write(line)
-                continue
-            with suppress(ValueError):
-                time = round(float(line.rsplit(None, 1)[-1]) * NANOSECONDS)
-                if span.place(time, word) is not None:
-                    file.write(line)
-                    count += 1
+            elif number in span:
+                file.write(line)
+                count += 1
     return count
 
 
-def _text(path: Path, mode: str) -> IO[str]:
-    """A text file, packed where its name (reading: its first bytes) says so."""
-    suffix = path.suffix
-    if mode == "rt":
-        with path.open("rb") as file:
-            head = file.read(3)
-        suffix = ".gz" if head[:2] == b"\x1f\x8b" else ".bz2" if head == b"BZh" else ""
-    if suffix == ".gz":
-        return gzip.open(path, mode, encoding="utf-8", errors="replace")  # type: ignore[return-value]
-    if suffix == ".bz2":
-        return bz2.open(path, mode, encoding="utf-8", errors="replace")  # type: ignore[return-value]
-    return path.open(mode, encoding="utf-8", errors="replace")
+def _packed(path: Path) -> IO[bytes]:
+    """A file to write, packed where its name says so."""
+    if path.suffix == ".gz":
+        return cast(IO[bytes], gzip.open(path, "wb"))
+    return bz2.open(path, "wb") if path.suffix == ".bz2" else path.open("wb")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
+from refseq.logs.carmen import CarmenSource, LineSpan
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import Sample
 from refseq_bench.scenarios.drives.selection import stretch
@@ -90,8 +91,16 @@ def _kept(plan: ViewPlan, views: slice) -> KeptStretch:
     return KeptStretch(views, kept[0].time, kept[-1].time)
 
 
-def logged_span(plan: ViewPlan, kept: KeptStretch) -> LoggedSpan:
-    """Times of logging of everything that belongs to the views that stay, and of the odometry between them."""
+def log_span(plan: ViewPlan, kept: KeptStretch) -> LoggedSpan | LineSpan:
+    """Everything that belongs to the views that stay, and the odometry between them: by lines of a CARMEN log."""
+    if isinstance(plan.source, CarmenSource):
+        numbers = plan.moments.numbers[kept.views]
+        return plan.source.lines_of(int(numbers[0]), int(numbers[-1]))
+    return _logged_span(plan, kept)
+
+
+def _logged_span(plan: ViewPlan, kept: KeptStretch) -> LoggedSpan:
+    """The same by the times of logging."""
     margin = plan.findings.tolerance
     logged = [
         sample.logged

@@ -103,9 +103,11 @@ def test_a_log_without_truth_is_usable_and_says_so(tmp_path, views, capsys):
 
 def test_truth_that_is_the_odometry_itself_is_no_truth(tmp_path, views, capsys):
     same = [replace(view, truth=Pose(3.0 + SPACING * k, 2.0, 0.0)) for k, view in enumerate(views)]
-    code, out, _ = run(capsys, "check", write(tmp_path / "same.mcap", same))
+    path = write(tmp_path / "same.mcap", same)
+    code, out, _ = run(capsys, "check", path)
     assert code == 0
     assert "truth and odometry are the same poses" in out
+    assert f"refseq learn {path} --thin 0.85 --odometry-noise --profile best -o same.refseq" in out
 
 
 def test_a_robot_that_stands_is_told(tmp_path, views, capsys):

@@ -27,6 +27,7 @@ from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
 from refseq_bench.scenarios.maps.joins_page import worst_first
 from refseq_bench.scenarios.maps.routes import leg_table
+from refseq_bench.scenarios.tables import plural
 from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Answer, Refseq
 from tests.support import corridor_drive
@@ -139,7 +140,7 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     links = len(atlas.links)
     assert (
         answer.out.splitlines()[-1]
-        == f"whole.refseq: 2 paths, {len(atlas)} places of 56, {links} links, 1 of 1 stretches joined"
+        == f"whole.refseq: 2 paths, {len(atlas)} places of 56, {plural(links, 'link')}, 1 of 1 stretch joined"
     )
     assert links in (1, 2)
     assert [path.name for path in atlas.paths] == ["west", "east"]

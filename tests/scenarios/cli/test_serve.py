@@ -50,7 +50,7 @@ def test_without_options_it_is_open_to_this_machine_with_a_token_of_chance(refse
     assert (answer.code, answer.err) == (0, "a drive begins\n")
     assert answer.out.splitlines() == [
         f"map.refseq: serves at {ADDRESS}; Ctrl-C ends it",
-        "map.refseq: served 12 views of 1 drives",
+        "map.refseq: served 12 views of 1 drive",
     ]
     refseq("serve", "map.refseq")
     one, other = made

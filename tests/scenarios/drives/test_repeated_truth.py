@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from refseq.logs.recording import TimedData, views_of
 from refseq.planar import Pose, after_motion
 from refseq.view import View
 from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
@@ -24,6 +25,16 @@ def drive(slip: float = 0.0, ahead: float = 0.0) -> list[View]:
 @pytest.mark.parametrize(("slip", "ahead", "repeated"), [(0, 0, True), (0, 0.2, True), (0.01, 0, False)])
 def test_truth_is_told_from_odometry_by_its_headings(slip: float, ahead: float, repeated: bool) -> None:
     assert repeats_odometry(drive(slip, ahead)) is repeated
+
+
+@pytest.mark.parametrize(("scale", "repeated"), [(1.0, True), (1.02, False)])
+def test_mapped_poses_that_slip_aside_are_told_however_long_the_way(scale: float, repeated: bool) -> None:
+    """A map of scans a metre apart moves each a little aside, which no distance and no turn can tell."""
+    rng = np.random.default_rng(0)
+    poses = [Pose(float(k), float(y), 0.0) for k, y in enumerate(rng.normal(0.0, 0.2, 400).cumsum())]
+    data = (TimedData(float(k), odometry=pose, truth=pose) for k, pose in enumerate(poses))
+    views = [replace(view, distance=scale * view.distance) for view in views_of(data)]
+    assert repeats_odometry(views) is repeated
 
 
 def test_truth_that_is_missing_somewhere_is_no_repetition() -> None:

@@ -197,6 +197,11 @@ def test_a_path_that_is_driven_twice_is_split(tmp_path: Path) -> None:
     found = check_log(write_rosbag2(tmp_path / "bag", Twice(seconds=32.0)), DriveSelection())
     localise = next(one for one in found.verdicts if one.task == "localise")
     assert "driven twice" in localise.reason
+    told = re.search(r"ask the rest, (\d+) of whose (\d+) views are on that map", localise.reason)
+    assert told is not None
+    on_map, asked = map(int, told.groups())
+    assert asked - 2 <= on_map <= asked, "the second round is the first one's"
+    assert asked == pytest.approx(found.views / 2, abs=2)
     assert ["learn" in localise.commands[0], "localise" in localise.commands[1]] == [True, True]
 
 

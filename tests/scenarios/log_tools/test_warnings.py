@@ -12,7 +12,7 @@ from refseq.logs.source import EMPTY
 from refseq.view import Scan, View
 from refseq_bench.scenarios.log_tools.clocks.late import SensorClock
 from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
-from refseq_bench.scenarios.log_tools.warnings import times, warnings_of
+from refseq_bench.scenarios.log_tools.warnings import warnings_of
 
 
 def topic(name: str, *, count: int = 100, rate: float = 10.0, samples: Any = ()) -> Any:
@@ -122,10 +122,6 @@ def test_messages_without_a_value_are_told_and_other_kinds_are_not() -> None:
         "1 message of nav_msgs/msg/Odometry without a value: no number, or a rotation of nothing but zeros",
         "5 messages of foxglove.CompressedVideo without a value: before a key frame",
     ]
-
-
-def test_counts() -> None:
-    assert [times(count, "pause") for count in (0, 1, 2)] == ["0 pauses", "1 pause", "2 pauses"]
 
 
 def driven(*ways: float, step: float = 0.5) -> list[View]:

@@ -49,7 +49,7 @@ def test_a_path_alone_is_joined_with_itself_and_has_a_plan(refseq: Refseq, here:
     answer = refseq("map", "merge", "ring.refseq", "-o", "closed.refseq", "--page", "loops.html")
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.splitlines()[-1].endswith(
-        "closed.refseq: 1 paths, 52 places of 52, 0 links, 1 of 1 stretches joined"
+        "closed.refseq: 1 path, 52 places of 52, 0 links, 1 of 1 stretch joined"
     )
     pairs = Map.load(here / "closed.refseq").paths[0].loops
     assert np.abs(pairs[:, 1] - pairs[:, 0] - ROUND).max() <= 1

@@ -11,6 +11,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from refseq.errors import LogError
 from refseq.logs import RecordingWriter, open_log, plan_views, read_recording
+from refseq.logs.carmen import LineSpan
 from refseq.logs.formats import DriveFormat, output_format
 from refseq.planar import Pose
 from refseq.view import View
@@ -94,9 +95,17 @@ def test_lines_of_carmen_stay_as_they_are_packed_or_not(tmp_path):
     lines += [f"ODOM {k}.0 0.0 0.0 0.5 0.0 0.0 {k}.0 host {k}.5" for k in range(10)]
     source, target = tmp_path / "in.clf.bz2", tmp_path / "out.clf.bz2"
     source.write_bytes(bz2.compress("\n".join([*lines, ""]).encode()))
-    assert copy_stretch(source, target, LoggedSpan(2 * 10**9, 5 * 10**9), {"cut": "two to five"}) == 3
+    assert copy_stretch(source, target, LineSpan(6, 7, frozenset({4})), {"cut": "some"}) == 3
     told = bz2.decompress(target.read_bytes()).decode().splitlines()
-    assert told == ["PARAM cut two_to_five 0 refseq 0", *lines[:2], *lines[4:7]]
+    assert told == ["PARAM cut some 0 refseq 0", *lines[:2], lines[3], *lines[5:7]]
+
+
+def test_a_packed_carmen_log_that_was_cut_off_is_copied_as_far_as_it_goes(tmp_path):
+    source, target = tmp_path / "in.clf.bz2", tmp_path / "out.clf"
+    rng = np.random.default_rng(0)
+    parts = [bz2.compress(f"ODOM {x} 0 0 0 0 0 {x} host {x}\n".encode()) for x in rng.random(20)]
+    source.write_bytes(b"".join(parts)[: -len(parts[-1]) // 2])
+    assert copy_stretch(source, target, LineSpan(1, 100, frozenset()), {}) == 19
 
 
 def test_nothing_is_left_of_a_copy_that_fails(tmp_path):
@@ -118,3 +127,36 @@ def test_a_folder_that_is_there_is_not_replaced(tmp_path):
     (tmp_path / "out").mkdir()
     with pytest.raises(LogError, match="is there already"):
         check_copy(source, tmp_path / "out")
+
+
+CARMEN_LINE = "RAWLASER1 0 0 1 1 20 0.01 0 1 2.0 0 1.0 host 1.0\n"
+NAMES = {
+    "in.mcap": (("a.mcap", "a.MCAP"), ("a.clf", "a.bag", "a.mcap.gz", "a"), "ends in .mcap"),
+    "in.bag": (("a.bag",), ("a.mcap", "a.log"), "ends in .bag"),
+    "in": (("a", "a.2026"), ("a.mcap", "a.bag"), "one of a folder"),
+    "in.clf": (
+        ("a.clf", "a.log.gz", "a.carmen"),
+        ("a.mcap", "a.tum", "a.mcap.bz2"),
+        "ends in .clf, .log, .carmen, packed",
+    ),
+    "in.2003": (("a.2003", "a.clf"), ("a.mcap",), "ends in .clf"),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_copy_is_called_as_its_kind_is(name, tmp_path):
+    source = tmp_path / name
+    if name == "in":
+        write_rosbag2(source, DRIVE)
+    elif name == "in.bag":
+        write_rosbag1(source, DRIVE)
+    elif name == "in.mcap":
+        write_ros2_mcap(source, DRIVE)
+    else:
+        source.write_text(CARMEN_LINE)
+    valid, others, told = NAMES[name]
+    for one in valid:
+        check_copy(source, tmp_path / one)
+    for one in others:
+        with pytest.raises(LogError, match=rf"{one}: is no name for a stretch of .*{name}, .* valid is .*{told}"):
+            check_copy(source, tmp_path / one)
