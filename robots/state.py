@@ -24,6 +24,8 @@ class Cause(Enum):
     SENSOR = "sensor fault"
 
 
+STANDS = 0.02
+"""A robot that is slower stands [m/s, rad/s]: a choice, a balancing one is never quite still."""
 LATCHED = frozenset({Cause.EMERGENCY, Cause.TIPPED, Cause.STUCK, Cause.SENSOR})
 """Causes that hold until somebody releases the robot; the others go when their reason goes."""
 
@@ -77,3 +79,8 @@ class RobotState:
     def free(self) -> bool:
         """True if nothing keeps it from going as it is told."""
         return not self.stops
+
+    @property
+    def stands(self) -> bool:
+        """True if it neither goes nor turns, by its own measure: each is slower than ``STANDS``."""
+        return abs(self.twist.linear) < STANDS and abs(self.twist.angular) < STANDS

@@ -169,9 +169,9 @@ class CrossDoor(Guarded):
         return self._ahead(twist, self._end_at - at.x, senses)
 
     def _halt(self, senses: Senses) -> BehaviourStep:
-        if abs(senses.state.twist.linear) > 0.02:
-            return BehaviourStep()
-        return finished(f"crossed a door {self._door.width:.2f} m wide")
+        if senses.state.stands:
+            return finished(f"crossed a door {self._door.width:.2f} m wide")
+        return BehaviourStep()
 
     # --- what phases share ---
 

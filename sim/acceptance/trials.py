@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from refseq_bench.robots import Limits, Twist
 from refseq_bench.robots.sensor_mast import LATERAL_HEIGHT
-from refseq_bench.robots.state import Cause
+from refseq_bench.robots.state import STANDS, Cause
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 
 Floats = NDArray[np.float64]
@@ -27,8 +27,6 @@ PUSH_TIME = 0.2
 """A push lasts so long [s]; a choice, between a blow and what a hand does."""
 UPRIGHT = math.radians(5)
 """A robot that leans less than this stands [rad]; a choice."""
-STILL = 0.02
-"""Slower than this [m/s] a robot has come to a stop: the sway of a balancing one is below it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +167,7 @@ def braking(bench: Bench, share: float = 1.0) -> Braking:
     follow(bench, lambda _: Twist(share * limits.speed, 0.0), limits.speed / limits.acceleration + SETTLING)
     before = follow(bench, lambda _: Twist(share * limits.speed, 0.0), 1.0)
     track = follow(bench, stand, limits.speed / limits.acceleration + 2 * SETTLING)
-    moving = np.flatnonzero(np.abs(track.speeds) > STILL)
+    moving = np.flatnonzero(np.abs(track.speeds) > STANDS)
     last = int(moving[-1]) + 1 if moving.size else 0
     return Braking(float(before.speeds.mean()), float(track.points[:, 0].max()), float(track.times[last]))
 

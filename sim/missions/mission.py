@@ -17,6 +17,7 @@ from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Senses
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
+from refseq_bench.sim.bench.rest import come_to_rest
 from refseq_bench.sim.drives.behaviour_runner import behaviour_in, description_of
 from refseq_bench.sim.drives.recorder import Moved, Trigger
 from refseq_bench.sim.errors import SimError
@@ -29,10 +30,6 @@ CLOSER = 0.3
 """Or so often [m] where the scene that is sought was in the last view: beside the robot it is in sight for a metre."""
 LOOKING = 1.0
 """While the robot stands and looks where it is, it takes a view so often [s]: a choice."""
-AT_REST = 0.02
-"""Tasks are done when the robot is slower than this [m/s]: a choice."""
-STOPPING = (1.0, 5.0)
-"""When a mission is over the robot has so long to come to rest, at least and at most [s]: choices."""
 TIMEOUT = 1800.0
 """A mission lasts no longer [s], where nothing else is asked for: a choice."""
 
@@ -137,20 +134,19 @@ class _MissionRun:
                 each(executor, bench)
             if bench.time - self._began > timeout:
                 executor.abort(f"not over after {timeout:g} s")
-        self._stand()
+        come_to_rest(bench, self._note)
         track = np.array(self._track).reshape(-1, 5)
         return DrivenMission(executor, track, tuple(self._seen), self._touches.found, self._hands.photographs)
 
     def _period(self, do: Do) -> None:
         """One control period: steer, tell the executor how far it is, take a view where one is due."""
-        if do.task is not None and abs(self._bench.state.twist.linear) < AT_REST:
+        if do.task is not None and self._bench.state.stands:
             self._hands.do(do.task, self._sense())
             self._executor.done()
             return
         before = self._bench.odometry
         self._steer(do)
         self._moved.add(before, self._bench.odometry, CONTROL_PERIOD)
-        self._touches.look()
         self._note()
         self._executor.move(self._bench.time - self._began, self._bench.state.distance - self._start)
         closer = self._lookout.sees and self._moved.distance >= CLOSER
@@ -191,15 +187,8 @@ class _MissionRun:
         self._lookout.look(view)
         return view
 
-    def _stand(self) -> None:
-        """Come to rest."""
-        for number in range(round(STOPPING[1] / CONTROL_PERIOD)):
-            if number * CONTROL_PERIOD >= STOPPING[0] and abs(self._bench.state.twist.linear) < AT_REST:
-                return
-            self._bench.drive(Twist())
-            self._touches.look()
-            self._note()
-
     def _note(self) -> None:
+        """Keep what a control period has led to."""
+        self._touches.look()
         pose, executor = self._bench.pose, self._executor
         self._track.append((self._bench.time - self._began, pose.x, pose.y, pose.heading, executor.along))

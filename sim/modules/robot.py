@@ -31,8 +31,9 @@ from refseq.modules.process import Role
 from refseq.view import Scan
 from refseq_bench.robots import Twist
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.rest import come_to_rest
 from refseq_bench.sim.drives.recorder import Moved, Trigger
-from refseq_bench.sim.missions.mission import AT_REST, LOOKING, STOPPING
+from refseq_bench.sim.missions.mission import LOOKING
 from refseq_bench.sim.modules.state import state_bytes
 from refseq_bench.sim.realtime import RealTimePacer
 
@@ -159,7 +160,7 @@ class RobotModule:
             if command is None:
                 self._stand_still()
             elif command.over:
-                self._come_to_rest(command.over)
+                self._say_farewell(command.over)
                 return command.over
             else:
                 self._carry_out(command)
@@ -217,11 +218,8 @@ class RobotModule:
         elif self._held:
             self._pacer.keep(self._bench.time)
 
-    def _come_to_rest(self, over: str) -> None:
-        for number in range(round(STOPPING[1] / CONTROL_PERIOD)):
-            if number * CONTROL_PERIOD >= STOPPING[0] and abs(self._bench.state.twist.linear) < AT_REST:
-                break
-            self._bench.drive(Twist())
+    def _say_farewell(self, over: str) -> None:
+        come_to_rest(self._bench)
         self._peers.needed = ()
         self._publish(over=over)
         self._wait_for(lambda: not self._peers.there - {Role.ROBOT}, FAREWELL)

@@ -11,7 +11,6 @@ from refseq.planar import Pose, relative_pose, wrap
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours import BehaviourOutcome, Senses
-from refseq_bench.robots.behaviours.halt import STANDS
 from refseq_bench.robots.robot import Shape
 from refseq_bench.robots.state import LATCHED
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
@@ -126,12 +125,7 @@ class BenchEpisode:
     def situation(self) -> Situation:
         """The truth now; touches are those since the last action began."""
         belief = None if self.following is None else self.following.belief
-        return Situation(self.bench.pose, self.touches, self._down, belief, self.behaviour, self._stands)
-
-    @property
-    def _stands(self) -> bool:
-        twist = self.bench.state.twist
-        return max(abs(twist.linear), abs(twist.angular)) < STANDS
+        return Situation(self.bench.pose, self.touches, self._down, belief, self.behaviour, self.bench.state.stands)
 
     @property
     def _down(self) -> str:
@@ -156,7 +150,7 @@ class BenchEpisode:
                 break
         self.outcome, self.why = step.outcome, step.why
         self.motion = _motion(before, self.bench.odometry)
-        if self.following is not None and self._looking.standing and self._stands:
+        if self.following is not None and self._looking.standing and self.bench.state.stands:
             self.following.look()
         judged = checked_judgement(self.episode, self.episode.judge(self.situation))
         self.remaining = judged.remaining
