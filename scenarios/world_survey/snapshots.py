@@ -1,6 +1,5 @@
 """Pictures of a world from places along a route, in one light after another: no drive, the robot is put there."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from refseq.planar import Pose
 from refseq_bench.scenarios.drives.record import Drive, open_bench
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.polyline import Polyline
 from refseq_bench.worlds.plans.load import load_plan
 
 
@@ -45,18 +45,15 @@ def places_on(drive: Drive, along: Sequence[float] | None) -> tuple[float, ...]:
     if drive.route not in routes:
         raise ScenarioError(f"unknown route {drive.route!r} in world {drive.world!r}; valid are {', '.join(routes)}")
     route = np.array(routes[drive.route])
-    length = float(np.hypot(*np.diff(route, axis=0).T).sum())
     for place in along or ():
         pose_along(route, place)
+    length = Polyline(route).length
     return tuple(along or (round(share * length, 1) for share in (0.25, 0.5, 0.75)))
 
 
 def pose_along(route: NDArray[np.float64], along: float) -> Pose:
     """The pose at path length ``along`` [m] on a polyline ``route`` (n, 2) [m], heading along it."""
-    steps = np.diff(route, axis=0)
-    starts = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
-    if not 0.0 <= along <= starts[-1]:
-        raise ScenarioError(f"place {along:g} m is not on the route; valid is 0 to {starts[-1]:g}")
-    leg = min(int(np.searchsorted(starts, along, side="right")) - 1, len(steps) - 1)
-    x, y = (float(np.interp(along, starts, route[:, axis])) for axis in (0, 1))
-    return Pose(x, y, math.atan2(steps[leg, 1], steps[leg, 0]))
+    way = Polyline(route)
+    if not 0.0 <= along <= way.length:
+        raise ScenarioError(f"place {along:g} m is not on the route; valid is 0 to {way.length:g}")
+    return way.pose(along)

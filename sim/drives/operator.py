@@ -18,7 +18,7 @@ from refseq_bench.robots import Twist
 from refseq_bench.robots.motion import towards
 from refseq_bench.robots.planar import wrapped
 from refseq_bench.robots.wandering import Wandering
-from refseq_bench.sim.bench.polyline import polyline
+from refseq_bench.sim.bench.polyline import Polyline, polyline
 from refseq_bench.sim.errors import SimError
 
 REVERSAL = math.radians(100)
@@ -30,6 +30,10 @@ WIDEST = 1.0
 UNEVEN = 5.0
 """Greatest strength of a person's imperfections: a choice. From about 8 on speeds spread by their mean, and the robot
 stands or turns round more than it drives."""
+
+REACH = 1.0
+"""Distance along a leg within which the robot is looked for again [m]: a choice, the same pass of a route that comes by
+twice."""
 
 ARRIVED = 0.03
 """Distance from the end of a leg at which it counts as done [m]."""
@@ -98,7 +102,7 @@ class Operator:
 
     def __init__(self, route: NDArray[np.float64], style: OperatorStyle, rng: np.random.Generator) -> None:
         self._style = style
-        self._legs = [_Leg(part) for part in _split_at_reversals(polyline(route))]
+        self._legs = [Polyline(part) for part in _split_at_reversals(polyline(route))]
         self._leg = 0
         self._along = 0.0
         self._turning = False
@@ -159,7 +163,7 @@ class Operator:
         if self.finished:
             return
         leg = self._legs[self._leg]
-        along = leg.project(pose, self._along)
+        along = leg.project(pose, self._along, REACH).along
         travelled = max(0.0, along - self._along)
         self._wander.advance(travelled)
         self._heading.advance(travelled)
@@ -172,9 +176,9 @@ class Operator:
         style, leg = self._style, self._legs[self._leg]
         ahead = self._along + style.lookahead
         side = style.wander_limit * math.tanh(self._wander.value / style.wander_limit)
-        x, y = leg.point(ahead) + (style.side + side) * leg.normal(ahead)
-        distance = math.hypot(x - pose.x, y - pose.y)
-        alpha = wrapped(math.atan2(y - pose.y, x - pose.x) + self._heading.value - pose.heading)
+        aim = leg.pose(ahead, style.side + side)
+        distance = math.hypot(aim.x - pose.x, aim.y - pose.y)
+        alpha = wrapped(math.atan2(aim.y - pose.y, aim.x - pose.x) + self._heading.value - pose.heading)
         self._turning = abs(alpha) > (math.radians(10) if self._turning else math.radians(60))
         if self._turning:
             return Twist(0.0, math.copysign(style.max_angular, alpha))
@@ -195,52 +199,6 @@ class Operator:
             towards(self._last.linear, wanted.linear, style.acceleration * elapsed),
             towards(self._last.angular, wanted.angular, style.angular_acceleration * elapsed),
         )
-
-
-class _Leg:
-    """A polyline that is driven without a stop; beyond its end it goes straight on."""
-
-    def __init__(self, points: NDArray[np.float64]) -> None:
-        self._points = points
-        steps = np.diff(points, axis=0)
-        lengths = np.hypot(steps[:, 0], steps[:, 1])
-        self._tangents = steps / lengths[:, None]  # (n - 1, 2)
-        self._starts = np.concatenate([[0.0], np.cumsum(lengths)])
-        self.length = float(self._starts[-1])
-        starts, corners, ways = self._starts.tolist(), points.tolist(), self._tangents.tolist()
-        # In numbers of Python's: a leg has few points, and each command projects on it.
-        self._segments = list(zip(starts[:-1], starts[1:], corners[:-1], ways, strict=True))
-
-    def point(self, along: float) -> NDArray[np.float64]:
-        """Return the point at path length ``along`` [m], (2,)."""
-        i = self._segment(along)
-        point: NDArray[np.float64] = self._points[i] + (along - self._starts[i]) * self._tangents[i]
-        return point
-
-    def pose(self, along: float) -> Pose:
-        """Return the pose at path length ``along`` [m] that looks along the path."""
-        (x, y), (east, north) = self.point(along), self._tangents[self._segment(along)]
-        return Pose(float(x), float(y), math.atan2(north, east))
-
-    def normal(self, along: float) -> NDArray[np.float64]:
-        """Return the unit vector to the left of the path at ``along`` [m], (2,)."""
-        x, y = self._tangents[self._segment(along)]
-        return np.array([-y, x])
-
-    def project(self, pose: Pose, near: float, reach: float = 1.0) -> float:
-        """Return the path length of the nearest point, of those within ``reach`` of ``near`` [m]: the same pass."""
-        low, high = max(near - reach, 0.0), min(near + reach, self.length)
-        best, nearest = low, math.inf
-        for start, end, (x, y), (east, north) in self._segments:
-            foot = start + ((pose.x - x) * east + (pose.y - y) * north)
-            foot = min(max(min(max(foot, start), end), low), high)
-            if (gap := math.dist((pose.x, pose.y), self.point(foot))) < nearest:
-                best, nearest = foot, gap
-        return best
-
-    def _segment(self, along: float) -> int:
-        last = len(self._tangents) - 1
-        return min(max(int(self._starts.searchsorted(along, side="right")) - 1, 0), last)
 
 
 def _split_at_reversals(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:

@@ -19,7 +19,7 @@ from refseq.missions.path import MissionPath
 from refseq.missions.plan import Plan
 from refseq.planar import Pose
 from refseq_bench.robots.robot import Shape
-from refseq_bench.sim.envs.tasks.path import Polyline
+from refseq_bench.sim.bench.polyline import Polyline
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 SUCCESS, FAILURE = 5.0, -5.0

@@ -8,8 +8,8 @@ import gymnasium as gym
 import numpy as np
 
 from refseq.planar import Pose
+from refseq_bench.sim.bench.polyline import Polyline
 from refseq_bench.sim.envs.robot_env import RobotEnv
-from refseq_bench.sim.envs.tasks.path import Polyline
 
 Policy = Callable[[Any, dict[str, Any]], str]
 """From an observation and the info to a behaviour as it is written."""
