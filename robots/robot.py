@@ -1,5 +1,6 @@
 """Description of a robot for whoever puts it into a world: model, names in it, size and limits, its Control layer."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -22,6 +23,11 @@ class Shape:
     half_width: float
     laser: float
     height: float
+
+    @property
+    def swing(self) -> float:
+        """Radius [m] of the circle that a robot takes which turns on the spot."""
+        return math.hypot(max(self.ahead, self.behind), self.half_width)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from refseq_bench.robots.behaviours.moves import driven, turned
 from refseq_bench.robots.behaviours.phases import ARRIVED, Travelled
 from refseq_bench.robots.behaviours.sensing.lanes import choose_lane, lanes
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
-from refseq_bench.robots.behaviours.sensing.room import MARGIN, SIDE_MARGIN, swing
+from refseq_bench.robots.behaviours.sensing.room import MARGIN, SIDE_MARGIN
 from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
 from refseq_bench.robots.behaviours.sensing.wall import DetectedWall, SearchWindow, WallSide, find_wall
 from refseq_bench.robots.behaviours.steering import turn_rate_onto
@@ -140,7 +140,7 @@ class FollowWall(Guarded):
     def _room_at_corner(self) -> float:
         """Distance of the axle from both walls of a corner when the robot turns there [m]."""
         shape = self.robot.shape
-        return max(self._distance, swing(shape) + 2 * SIDE_MARGIN, shape.ahead + MARGIN + SIDE_MARGIN)
+        return max(self._distance, shape.swing + 2 * SIDE_MARGIN, shape.ahead + MARGIN + SIDE_MARGIN)
 
 
 def _sorted(one: float, other: float) -> tuple[float, float]:

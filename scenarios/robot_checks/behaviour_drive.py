@@ -128,7 +128,7 @@ def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
     for contact in bench.data.contact:
         if contact.dist < SUNK:
             names = [bench.model.geom(int(geom)).name for geom in contact.geom]
-            thing = next((name for name in names if not name.startswith(f"{bench.robot.name}/")), names[0])
+            thing = next((name for name in names if not name.startswith(bench.named(""))), names[0])
             raise ScenarioError(
                 f"{at} is no place for {bench.robot.name}: it stands in {thing_in_words(thing)}; valid is free floor"
             )

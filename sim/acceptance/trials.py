@@ -82,7 +82,7 @@ def follow(bench: Bench, command: Command, seconds: float, each: Callable[[], No
 
 
 def _look(bench: Bench) -> tuple[float, float, float, float, float]:
-    pose, lean = bench.pose, bench.data.body(f"{bench.robot.name}/{bench.robot.base}").xmat
+    pose, lean = bench.pose, bench.data.body(bench.named(bench.robot.base)).xmat
     return bench.time, pose.x, pose.y, pose.heading, math.atan2(-lean[6], lean[8])
 
 
@@ -213,7 +213,7 @@ def push(
 ) -> Pushed:
     """Push the mast forward with ``impulse`` [N·s] for a ``duration`` [s], ``height`` [m] above the floor; look on."""
     follow(bench, stand, SETTLING)
-    body = bench.model.body(f"{bench.robot.name}/{bench.robot.base}").id
+    body = bench.model.body(bench.named(bench.robot.base)).id
     began, periods = bench.time, math.ceil(duration / CONTROL_PERIOD - 1e-9)
     newtons = impulse / (periods * CONTROL_PERIOD)
 
@@ -236,7 +236,7 @@ def balances(bench: Bench) -> bool:
     follow(bench, stand, SETTLING)
     bodies = bench.model.geom_bodyid[bench.data.contact.geom]  # (contacts, 2)
     touching = {int(body) for pair in bodies if 0 in pair for body in pair} - {0}
-    return touching == {int(bench.model.joint(f"{bench.robot.name}/{n}").bodyid[0]) for n in bench.robot.wheel_joints}
+    return touching == {int(bench.model.joint(bench.named(n)).bodyid[0]) for n in bench.robot.wheel_joints}
 
 
 def energy_growth(bench: Bench, seconds: float = 60.0) -> float:

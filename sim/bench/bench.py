@@ -71,6 +71,8 @@ class Bench(Closing):
         self.route = route_named(world, route) if isinstance(route, str) else polyline(route)
         if self.settings.renderer is not RendererKind.NONE and not world.pictured:
             raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
+        self.cameras: tuple[str, ...] = self.settings.cameras or ()
+        """The cameras that take images."""
         self._prefix = prefix_of(robot)
         self.individual = built(robot.drive, robot.cameras, self.settings.spread, self.settings.unit)
         """Differences of the robot from its drawing."""
@@ -80,7 +82,7 @@ class Bench(Closing):
         shift_mounts(self.model, robot, self.individual)
         self.data = mujoco.MjData(self.model)
         self._crowd = Crowd(self.model, world.plan)
-        base = self.data.body(self._prefix + robot.base)
+        base = self.data.body(self.named(robot.base))
         self._base_position, self._base_axes = base.xpos, base.xmat  # views: to look them up costs as much as a tick
         self._stand_at(start_of(self.route))
         self._physics = Physics(self.model, self.data)
@@ -109,7 +111,7 @@ class Bench(Closing):
         self._cameras = {
             name: Camera(self.camera_models[name], stream)
             for name, stream in streams.cameras.items()
-            if name in (settings.cameras or ())
+            if name in self.cameras
         }
         sonars, inertial = (settings.sonar, streams.sonar), (settings.inertial, streams.inertial)
         rolling = UnevenRolling(self.individual.walk, self.robot.drive, streams.rolling)
@@ -132,11 +134,15 @@ class Bench(Closing):
 
     def _stand_at(self, pose: Pose) -> None:
         half = pose.heading / 2
-        joint = self.data.joint(self._prefix + self.robot.base)
-        height = self.model.joint(self._prefix + self.robot.base).qpos0[2]
+        joint = self.data.joint(self.named(self.robot.base))
+        height = self.model.joint(self.named(self.robot.base)).qpos0[2]
         joint.qpos = (pose.x, pose.y, height, math.cos(half), 0.0, 0.0, math.sin(half))
         self.data.qvel[:], self.data.act[:], self.data.qacc_warmstart[:] = 0.0, 0.0, 0.0
         mujoco.mj_forward(self.model, self.data)
+
+    def named(self, part: str) -> str:
+        """The name in the model of a part of the robot, as the robot's own model has it."""
+        return self._prefix + part
 
     @property
     def time(self) -> float:
@@ -217,7 +223,7 @@ class Bench(Closing):
 
     def new_scan(self) -> Scan:
         """A turn of the laser that ends at this moment, as views have it; ``scan`` does not return it."""
-        return self._laser.scan(self.model, self.data, self._prefix + self.robot.laser, self._prefix + self.robot.base)
+        return self._laser.scan(self.model, self.data, self.named(self.robot.laser), self.named(self.robot.base))
 
     def sense(self) -> View:
         """All sensors at this moment; distance and turn count from the last view."""
@@ -233,7 +239,7 @@ class Bench(Closing):
         tell_velocities(self.model, self.data, self._stood, CONTROL_PERIOD)
         images = {}
         for name, camera in self._cameras.items():
-            optics, mounted = camera.optics, self._prefix + name
+            optics, mounted = camera.optics, self.named(name)
             self.renderer.light_around(self.world.ambient.at(self.data.camera(mounted).xpos))
             sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
             if name in self.covered:

@@ -42,16 +42,15 @@ class ContactLog:
     """
 
     def __init__(self, bench: Bench) -> None:
-        model, prefix = bench.model, f"{bench.robot.name}/"
+        model = bench.model
         self._bench = bench
         self._names = [model.geom(number).name for number in range(model.ngeom)]
-        base = model.body(prefix + bench.robot.base).id
+        base = model.body(bench.named(bench.robot.base)).id
         self._own = model.body_rootid[model.geom_bodyid] == base
         # What rolls hangs on a joint of its own: wheels and casters.
         self._rolls = self._own & (model.geom_bodyid != base)
         self._floor = np.arange(model.ngeom) == model.geom("floor").id
         self._solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        self._reach = float(np.hypot(max(bench.robot.shape.ahead, bench.robot.shape.behind), 1.0))
         self._now: frozenset[str] = frozenset()
         self._found: dict[str, None] = {}
         self.begun = 0
@@ -88,8 +87,8 @@ class ContactLog:
         model, data, pose = self._bench.model, self._bench.data, self._bench.pose
         here, ends = data.geom_xpos[self._own, :2].mean(axis=0), np.zeros(6)
         others = self._solid & ~self._own & ~self._floor
-        away = np.hypot(*(data.geom_xpos[:, :2] - here).T) - model.geom_rbound
-        near = np.flatnonzero(others & (away < self._reach + within))
+        away = np.hypot(*(data.geom_xpos[:, :2] - (pose.x, pose.y)).T) - model.geom_rbound
+        near = np.flatnonzero(others & (away < self._bench.robot.shape.swing + within))
         mine = np.flatnonzero(self._own & self._solid)
         for a in mine.tolist():
             for b in near.tolist():

@@ -87,8 +87,9 @@ class ChaseCamera:
 
     def _free(self, target: NDArray[np.float64], way: NDArray[np.float64]) -> float:
         """Distance that one may stand back along ``way`` [m] before something is in it."""
-        hit = self._ray(target + self._clear * way, way)
-        return self._clear + hit.distance - APART
+        clear = self._bench.robot.shape.swing  # there its own parts have ended
+        hit = self._ray(target + clear * way, way)
+        return clear + hit.distance - APART
 
     def _seen_from(self, eyes: NDArray[np.float64]) -> float:
         """Share of some points of the robot that are seen from there."""
@@ -107,13 +108,7 @@ class ChaseCamera:
         if found < 0:
             return _Hit(math.inf, robot=False)
         root = bench.model.body_rootid[bench.model.geom_bodyid[geom[0]]]
-        return _Hit(found, robot=root == bench.model.body(f"{bench.robot.name}/{bench.robot.base}").id)
-
-    @property
-    def _clear(self) -> float:
-        """Distance from the robot's middle at which its own parts have ended [m]."""
-        shape = self._bench.robot.shape
-        return math.hypot(max(shape.ahead, shape.behind), shape.half_width)
+        return _Hit(found, robot=root == bench.model.body(bench.named(bench.robot.base)).id)
 
     def _stand(self, eyes: NDArray[np.float64], target: NDArray[np.float64]) -> None:
         bench = self._bench

@@ -8,7 +8,6 @@ from refseq.logs.rig import SensorRig
 from refseq.logs.source import CameraCalibration
 from refseq.logs.transforms import Transform
 from refseq.view import LASER
-from refseq_bench.sim.bench.assembly import prefix_of
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.cameras.lens import Optics
 
@@ -18,12 +17,12 @@ _OPTICAL = np.diag([1.0, -1.0, -1.0])
 
 def sensor_rig(bench: Bench) -> SensorRig:
     """Where a bench's sensors are on its robot as it stands now, and how its cameras see."""
-    prefix, data = prefix_of(bench.robot), bench.data
-    site = data.site(prefix + bench.robot.laser)
+    data = bench.data
+    site = data.site(bench.named(bench.robot.laser))
     mounts = {LASER: _mount(bench, site.xpos, site.xmat.reshape(3, 3))}
     calibrations = {}
-    for name in bench.settings.cameras or ():
-        camera = data.camera(prefix + name)
+    for name in bench.cameras:
+        camera = data.camera(bench.named(name))
         mounts[name] = _mount(bench, camera.xpos, camera.xmat.reshape(3, 3) @ _OPTICAL)
         calibrations[name] = _calibration(bench.camera_models[name].optics())
     return SensorRig(mounts, calibrations)

@@ -70,7 +70,7 @@ class CapturePage:
     @contextmanager
     def leading(self, bench: Bench) -> Iterator[CommandSource]:
         """Lead the robot of a bench from the page."""
-        self._handle.send_to_viewer(RobotSnapshot(f"{bench.robot.name}/{bench.robot.base}", _cameras(bench)))
+        self._handle.send_to_viewer(RobotSnapshot(bench.named(bench.robot.base), _cameras(bench)))
         pacer = RealTimePacer(self.rate)
         yield ViewerSource(self._handle, self._input, WorldMirror(bench), pacer, self._pad, self._heard, self.desk)
 
@@ -174,4 +174,4 @@ def _pad(path: Path | None) -> Gamepad | None:
 
 
 def _cameras(bench: Bench) -> tuple[str, ...]:
-    return tuple(f"{bench.robot.name}/{name}" for name in bench.robot.cameras)
+    return tuple(bench.named(name) for name in bench.robot.cameras)

@@ -10,7 +10,7 @@ from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescrip
 from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
 from refseq_bench.robots.behaviours.lamp.until import Until
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
-from refseq_bench.robots.behaviours.sensing.room import SIDE_MARGIN, swing
+from refseq_bench.robots.behaviours.sensing.room import SIDE_MARGIN
 from refseq_bench.robots.behaviours.sensing.sonar_filter import abeam
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.behaviours.steering import turn_rate_onto
@@ -34,7 +34,7 @@ def keeps(robot: RobotDescription) -> float:
 
     A line of the program after it may say so, and a robot with a tail would meet the wall.
     """
-    return swing(robot.shape) + 2 * SIDE_MARGIN
+    return robot.shape.swing + 2 * SIDE_MARGIN
 
 
 class Beside(Guarded):

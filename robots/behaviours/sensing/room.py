@@ -42,18 +42,13 @@ def blocks_turn(points: NDArray[np.float64], shape: Shape, angle: float) -> NDAr
     """Those points (m, 2) that a robot meets which turns on the spot by ``angle`` [rad], nearest first."""
     angle = math.copysign(min(abs(angle), 2 * math.pi), angle)
     turned = np.linspace(0.0, angle, 2 + int(abs(angle) / TURN_STEP))
-    near = points[np.hypot(*points.T) < swing(shape) + 2 * SIDE_MARGIN]
+    near = points[np.hypot(*points.T) < shape.swing + 2 * SIDE_MARGIN]
     centres = np.zeros((len(turned), 2))
     close = _inside(near, centres, turned, shape, SIDE_MARGIN)
     touched = _inside(near, centres, turned, shape, -TOUCH)
     # What is within the margin from the start is in the way only if the robot would touch it.
     met = near[(close.any(axis=0) & ~close[0]) | touched.any(axis=0)]
     return met[np.argsort(np.hypot(*met.T))]
-
-
-def swing(shape: Shape) -> float:
-    """Radius [m] of the circle that a robot takes which turns on the spot."""
-    return math.hypot(max(shape.ahead, shape.behind), shape.half_width)
 
 
 def _inside(

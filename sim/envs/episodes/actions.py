@@ -7,14 +7,11 @@ from typing import Any, Protocol
 import numpy as np
 from gymnasium import spaces
 
-from refseq.features.doors import DetectedDoor
-from refseq.view import Scan
 from refseq_bench.robots import RobotsError, Twist
 from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
 from refseq_bench.robots.behaviours.written import make_behaviour, parse_behaviour
 from refseq_bench.robots.motion import Limits
-from refseq_bench.robots.signals import LaserScan
-from refseq_bench.sim.drives.doors import doors_to_cross
+from refseq_bench.sim.drives.doors import doors_seen
 from refseq_bench.sim.errors import SimError
 
 
@@ -59,7 +56,7 @@ class ByBehaviour:
         try:
             self._choices = [parse_behaviour(text) for text in written]
             for choice in self._choices:
-                make_behaviour(choice, description, _doors)
+                make_behaviour(choice, description, doors_seen)
         except RobotsError as error:
             raise SimError(str(error)) from None
         self._description = description
@@ -89,7 +86,7 @@ class ByBehaviour:
             raise SimError(f"action {action!r} is not valid; valid are 0 to {len(self._choices) - 1}")
         if self._behaviour is None or int(action) != self._chosen:
             self._chosen = int(action)
-            self._behaviour = make_behaviour(self._choices[self._chosen], self._description, _doors)
+            self._behaviour = make_behaviour(self._choices[self._chosen], self._description, doors_seen)
 
     def step(self, senses: Senses) -> BehaviourStep:
         """The behaviour's motion."""
@@ -143,9 +140,3 @@ class ByTwist:
 def periods(acting: Acting, control_period: float) -> int:
     """Number of control periods that an action lasts."""
     return math.ceil(acting.period / control_period - 1e-9)
-
-
-def _doors(scan: LaserScan) -> Sequence[DetectedDoor]:
-    """Doorways in what a bench's laser sees; it gives whole scans, of which behaviours ask for less."""
-    assert isinstance(scan, Scan), "a bench gives whole scans"
-    return doors_to_cross(scan)

@@ -13,7 +13,7 @@ from refseq_bench.robots.behaviours import Ranger, RobotDescription, Senses
 from refseq_bench.robots.behaviours.moves import driven
 from refseq_bench.robots.behaviours.sensing.lanes import LANE_MARGIN, choose_lane, lanes
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
-from refseq_bench.robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead, swing
+from refseq_bench.robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead
 from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY, SonarEchoes
 from refseq_bench.robots.behaviours.sensing.surroundings import CELL, thinned
 from refseq_bench.robots.behaviours.sensing.wall import SearchWindow, find_wall
@@ -107,7 +107,7 @@ def test_whatever_a_turning_robot_would_touch_is_in_its_way(bearing: float, away
     beside = box(LONG_TAIL, 0.0, 0.9 * point).any()
     if touched and not beside:
         assert len(blocks_turn(point, LONG_TAIL, turn)) == 1
-    if away > swing(LONG_TAIL) + 0.1:
+    if away > LONG_TAIL.swing + 0.1:
         assert len(blocks_turn(point, LONG_TAIL, turn)) == 0
 
 
