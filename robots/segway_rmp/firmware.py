@@ -143,7 +143,7 @@ class SegwayFirmware:
         self._watch(signals)
         self._follow(signals.time)
         self._torques = self._share(*self._efforts())
-        self.status = self._tell(signals)
+        self.status = self._tell()
         return Actuation(*self._torques)
 
     def _watch(self, signals: Signals) -> None:
@@ -223,7 +223,7 @@ class SegwayFirmware:
         rates = self._known.sensors.rates
         return _restrained(left, rates[0]), _restrained(right, rates[1])
 
-    def _tell(self, signals: Signals) -> StatusFrame:
+    def _tell(self) -> StatusFrame:
         x, speed, pitch, rate = self._known.state.tolist()
         yaw, yaw_rate = self._known.yaw
         aside = yaw_rate * self._plant.track / 2

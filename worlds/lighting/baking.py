@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.lighting.colour import camera_weight
 from refseq_bench.worlds.lighting.daylight import sun_direction
-from refseq_bench.worlds.lighting.form_factors import SIGHT, Cards, Quads, configuration_factor
+from refseq_bench.worlds.lighting.form_factors import SIGHT, Cards, Quads, configuration_factor, window_factor
 from refseq_bench.worlds.lighting.occluders import AWAY, Occluders
 from refseq_bench.worlds.lighting.open_air import head_of, post_illuminance
 from refseq_bench.worlds.lighting.photometry import Photometry, outlook, sources, transmission
@@ -210,7 +210,7 @@ def _direct(plan: FloorPlan, numbers: Photometry, occluders: Occluders, cards: C
         return _from_posts(plan, numbers, occluders, cards)
     lit = sources(plan, numbers)
     lux = np.zeros(len(cards))
-    for i, quad, j in _in_sight(occluders, cards, lit.windows, lit.lamps):
+    for i, quad, j in _near_and_above(cards, lit.windows, lit.lamps):
         points, normals = cards.points[i], cards.normals[i]
         share = _share_in_sight(occluders, points, quad)
         corners = quad[None] - points[:, None]
@@ -218,22 +218,16 @@ def _direct(plan: FloorPlan, numbers: Photometry, occluders: Occluders, cards: C
             luminance = lit.lamp_luminances[j - len(lit.windows), 1]
             lux[i] += np.pi * luminance * share * configuration_factor(corners, normals)
             continue
-        up, down = corners.copy(), corners.copy()
-        np.maximum(corners[..., 2], 0.0, out=up[..., 2])
-        np.minimum(corners[..., 2], 0.0, out=down[..., 2])
-        seen = lit.above[j] * _factor(up, normals) + lit.below[j] * _factor(down, normals)
+        # From either of its sides: a window's reveal sees it from behind.
+        (sky, ground), (sky_behind, ground_behind) = (
+            window_factor(one, normals) for one in (corners, corners[:, ::-1])
+        )
+        seen = lit.above[j] * (sky + sky_behind) + lit.below[j] * (ground + ground_behind)
         lux[i] += np.pi * share * seen
     return lux
 
 
-def _factor(corners: Floats, normals: Floats) -> Floats:
-    """Form factor to a rectangle from either of its sides: a window's reveal sees it from behind."""
-    return configuration_factor(corners, normals) + configuration_factor(corners[:, ::-1], normals)
-
-
-def _in_sight(
-    occluders: Occluders, cards: Cards, windows: Quads, lamps: Quads
-) -> Iterator[tuple[NDArray[np.intp], Floats, int]]:
+def _near_and_above(cards: Cards, windows: Quads, lamps: Quads) -> Iterator[tuple[NDArray[np.intp], Floats, int]]:
     """Each rectangle with the cards that it may shine on: near enough, and above their horizon."""
     for j, quad in enumerate(np.concatenate([windows.corners, lamps.corners])):
         near = np.flatnonzero(np.linalg.norm(cards.points - quad.mean(axis=0), axis=1) < SIGHT)

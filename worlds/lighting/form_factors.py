@@ -102,6 +102,18 @@ def configuration_factor(corners: Floats, normals: Floats) -> Floats:
     return np.maximum(0.0, -total / (2 * np.pi))
 
 
+def window_factor(corners: Floats, normals: Floats) -> tuple[Floats, Floats]:
+    """Form factors to what is seen of a window above and below a card's height, (p,) each.
+
+    ``corners`` (p, 4, 3) are from each card, as for ``configuration_factor``: a window shows the sky above, the ground
+    below.
+    """
+    up, down = corners.copy(), corners.copy()
+    np.maximum(corners[..., 2], 0.0, out=up[..., 2])
+    np.minimum(corners[..., 2], 0.0, out=down[..., 2])
+    return configuration_factor(up, normals), configuration_factor(down, normals)
+
+
 def _above_horizon(corners: Floats, heights: Floats) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     """Cut each edge at height 0: starts and ends (p, 4, 3), and the new edge along the horizon where there is one."""
     after, next_height = np.roll(corners, -1, axis=1), np.roll(heights, -1, axis=1)

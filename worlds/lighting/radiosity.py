@@ -12,7 +12,7 @@ from scipy.sparse import csr_array, diags_array
 
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.lighting.daylight import Daylight, sun_direction
-from refseq_bench.worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, pairs_in_sight
+from refseq_bench.worlds.lighting.form_factors import Cards, Quads, form_factors, pairs_in_sight, window_factor
 from refseq_bench.worlds.lighting.photometry import FRAME_SHARE, Photometry, Sources, frame_face, sources
 from refseq_bench.worlds.lighting.sunlight import sunlit
 from refseq_bench.worlds.plans.areas import enclosing, rectangles
@@ -158,10 +158,7 @@ def window_factors(cards: Cards, windows: Quads, plan: FloorPlan) -> tuple[csr_a
     shape, rows = (len(cards), len(windows)), []
     for i, j in pairs_in_sight(cards, windows, plan):
         corners, normals = windows.corners[j] - cards.points[i, None], cards.normals[i]
-        up, down = corners.copy(), corners.copy()
-        np.maximum(corners[..., 2], 0.0, out=up[..., 2])
-        np.minimum(corners[..., 2], 0.0, out=down[..., 2])
-        rows.append((configuration_factor(up, normals), configuration_factor(down, normals), i, j))
+        rows.append((*window_factor(corners, normals), i, j))
     above, below, i, j = (np.concatenate(part) for part in zip(*rows, strict=True))
     return csr_array((above, (i, j)), shape), csr_array((below, (i, j)), shape)
 

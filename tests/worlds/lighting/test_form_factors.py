@@ -4,7 +4,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from refseq_bench.worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, hidden
+from refseq_bench.worlds.lighting.form_factors import (
+    Cards,
+    Quads,
+    configuration_factor,
+    form_factors,
+    hidden,
+    window_factor,
+)
 from refseq_bench.worlds.lighting.radiosity import lay_patches
 from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import box, corner
@@ -63,6 +70,23 @@ def test_factor_of_any_card_is_the_integral(
     face = Quads.tiled(d * axis, a * side, b * np.cross(-axis, side))
     np.testing.assert_allclose(face.normals[0], -axis, atol=1e-9)
     assert factor(face, np.zeros(3), normal) == pytest.approx(sampled(face, np.zeros(3), normal), abs=2e-4)
+
+
+@settings(max_examples=60, deadline=None)
+@given(directions, st.floats(-2, 2), st.floats(0.2, 3))
+def test_a_window_is_cut_at_the_height_of_the_card(card: tuple[float, ...], low: float, tall: float) -> None:
+    """Above and below are the factors of the two parts, of which the window's is the sum."""
+    normals = np.array([card]) / np.linalg.norm(card)
+
+    def shown(bottom: float, top: float) -> float:
+        part = Quads.tiled([1.0, -0.7, bottom], [0, 0, top - bottom], [0, 1.4, 0])
+        return float(configuration_factor(part.corners, normals)[0])
+
+    high = low + tall
+    above, below = window_factor(Quads.tiled([1.0, -0.7, low], [0, 0, tall], [0, 1.4, 0]).corners, normals)
+    assert above[0] == pytest.approx(shown(max(low, 0.0), high) if high > 0 else 0.0, abs=1e-9)
+    assert below[0] == pytest.approx(shown(low, min(high, 0.0)) if low < 0 else 0.0, abs=1e-9)
+    assert above[0] + below[0] == pytest.approx(shown(low, high), abs=1e-9)
 
 
 def test_the_back_of_a_face_gives_nothing() -> None:
