@@ -15,13 +15,12 @@ from refseq_bench.robots.odometry import Geometry
 class Shape:
     """Room that a robot takes [m]: how far it reaches ahead of its axle and behind it, and to either side.
 
-    ``laser`` [m] is how far ahead of the axle the laser is; ``height`` that of all above the floor.
+    ``height`` [m] is that of all above the floor.
     """
 
     ahead: float
     behind: float
     half_width: float
-    laser: float
     height: float
 
     @property

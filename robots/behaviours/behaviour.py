@@ -19,9 +19,6 @@ LONGEST_FORECAST = 0.3
 """A state is carried on by its own velocity for no longer than this [s]: a choice."""
 
 
-ON_THE_ROBUTER = Mounting(ahead=0.25, height=0.35, axle=0.12)
-
-
 @dataclass(frozen=True, slots=True)
 class Senses:
     """Readings of the robot at ``time`` [s]: its own ``state`` (odometry, sonars, stops) and the newest ``scan``.
@@ -72,12 +69,12 @@ class RobotDescription:
     """The robot that a behaviour moves: the room it takes, how fast it is let, where its sensors are.
 
     Where nothing is in the way a behaviour is as fast as the ``limits`` let it: who wants it slower gives lower ones.
-    ``sonars`` are in the order of readings; where no ``laser`` is given it is where the Robuter has it.
+    ``sonars`` are in the order of readings.
     """
 
     shape: Shape
     limits: Limits
-    laser: Mounting = ON_THE_ROBUTER
+    laser: Mounting
     sonars: tuple[Ranger, ...] = ()
 
 

@@ -86,7 +86,7 @@ class CrossDoor(Guarded):
         super().__init__(robot, **patience)
         self._side, self._settings = side, settings or CrossingSettings()
         shape = robot.shape
-        self._watch, self._around = DoorWatch(finder, shape.laser), Surroundings(robot)
+        self._watch, self._around = DoorWatch(finder, robot.laser.ahead), Surroundings(robot)
         self._looked = 0  # scans since the robot stands still to look
         self._phase: Callable[[Senses], BehaviourStep] = self._find
         self._middle = 0.0

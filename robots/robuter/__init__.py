@@ -32,7 +32,7 @@ MAST_FOOT = (0.08, 0.0, 0.748)
 # A rubber rail before the front module: the laser's box stands out 4 cm, and would touch first.
 RAIL_REACH = 0.335
 RAIL_BACK, RAIL_LOW, RAIL_HIGH, RAIL_HALF_WIDTH = 0.29, 0.11, 0.21, 0.265
-SHAPE = Shape(ahead=RAIL_REACH, behind=0.74, half_width=0.355, laser=LASER_FOOT[0], height=LATERAL_HEIGHT + 0.05)
+SHAPE = Shape(ahead=RAIL_REACH, behind=0.74, half_width=0.355, height=LATERAL_HEIGHT + 0.05)
 
 _MODEL = Path(__file__).with_name("robuter.xml")
 

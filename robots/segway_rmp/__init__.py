@@ -36,8 +36,8 @@ LIMITS = Limits(speed=1.0, turn_rate=1.0, acceleration=0.5, angular_acceleration
 # Where the sensors stand [m]: on the front of the deck, and on the rack.
 LASER_FOOT = (0.17, 0.0, 0.50)
 MAST_FOOT = (0.0, 0.0, 1.008)
-SHAPE = Shape(ahead=0.254, behind=0.254, half_width=0.305, laser=LASER_FOOT[0], height=LATERAL_HEIGHT + 0.05)
-SHAPE_WITH_TAIL = Shape(ahead=0.254, behind=0.58, half_width=0.305, laser=LASER_FOOT[0], height=SHAPE.height)
+SHAPE = Shape(ahead=0.254, behind=0.254, half_width=0.305, height=LATERAL_HEIGHT + 0.05)
+SHAPE_WITH_TAIL = Shape(ahead=0.254, behind=0.58, half_width=0.305, height=SHAPE.height)
 MOUNTING = Mounting(LASER_FOOT[0], LASER_FOOT[2] + SCAN_HEIGHT, DRIVE.wheel_radius)
 
 _MODEL = Path(__file__).with_name("segway_rmp.xml")

@@ -13,6 +13,7 @@ from refseq_bench import robots
 from refseq_bench.robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
 from refseq_bench.robots.behaviours import BehaviourOutcome, Ranger, RobotDescription, Senses
 from refseq_bench.robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
+from tests.robots.behaviours.mounted import ON_THE_ROBUTER
 
 any_float = st.floats(width=32)
 scans = arrays(np.float32, st.integers(0, 60), elements=any_float, fill=st.floats(0.25, 5.0, width=32)).map(
@@ -42,7 +43,9 @@ senses = st.builds(Senses, states, st.none() | scans, st.none() | calm)
 @given(looks=st.lists(senses, min_size=1, max_size=4))
 def test_any_senses_give_a_finite_motion_within_the_limits(name: str, kind: BehaviourKind, looks: list[Senses]) -> None:
     robot = robots.load(name)
-    frame = RobotDescription(robot.shape, robot.limits, sonars=(Ranger(0.2, 0.1, 0.5), Ranger(-0.7, 0.0, math.pi)))
+    frame = RobotDescription(
+        robot.shape, robot.limits, ON_THE_ROBUTER, (Ranger(0.2, 0.1, 0.5), Ranger(-0.7, 0.0, math.pi))
+    )
     behaviour = make_behaviour(parse_behaviour(kind.example), frame, lambda scan: ())
     ended = BehaviourOutcome.RUNNING
     for look in looks:

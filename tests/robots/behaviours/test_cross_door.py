@@ -15,9 +15,10 @@ from refseq_bench.robots.behaviours import BehaviourOutcome, RobotDescription, S
 from refseq_bench.robots.behaviours.cross_door import CrossDoor, CrossingSide
 from refseq_bench.robots.behaviours.sensing.doorway import LOOKS, DoorWatch, Passage, clearance_of
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from tests.robots.behaviours.mounted import ON_THE_ROBUTER
 
-FRAME = RobotDescription(Shape(0.3, 0.7, 0.35, 0.25, 1.4), Limits(0.5, 0.5, 0.5, 1.0))
-LASER = FRAME.shape.laser
+FRAME = RobotDescription(Shape(0.3, 0.7, 0.35, 1.4), Limits(0.5, 0.5, 0.5, 1.0), ON_THE_ROBUTER)
+LASER = FRAME.laser.ahead
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,9 @@ from refseq_bench.robots.behaviours.sensing.surroundings import CELL, thinned
 from refseq_bench.robots.behaviours.sensing.wall import SearchWindow, find_wall
 from refseq_bench.robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
 from refseq_bench.robots.planar import into, out_of
+from tests.robots.behaviours.mounted import ON_THE_ROBUTER
 
-LONG_TAIL = Shape(ahead=0.33, behind=0.74, half_width=0.355, laser=0.25, height=1.4)
+LONG_TAIL = Shape(ahead=0.33, behind=0.74, half_width=0.355, height=1.4)
 coordinate = st.floats(-20, 20)
 angle = st.floats(-4, 4)
 poses = st.builds(PlanarPose, coordinate, coordinate, angle)
@@ -69,7 +70,7 @@ def test_from_the_speed_to_stop_reaction_and_braking_take_the_distance(
 
 @pytest.mark.parametrize("speed", [0.2, 0.5, 1.0])
 def test_where_nothing_is_in_the_way_it_is_as_fast_as_its_limits_let_it(speed: float) -> None:
-    frame = RobotDescription(LONG_TAIL, Limits(speed, 1.0, 0.5, 1.0))
+    frame = RobotDescription(LONG_TAIL, Limits(speed, 1.0, 0.5, 1.0), ON_THE_ROBUTER)
     assert driven(frame, np.empty((0, 2)), 0.0, left=10.0).twist == Twist(speed, 0.0)
     assert driven(frame, np.empty((0, 2)), 0.0, left=0.05).twist.linear <= 0.1
 

@@ -22,9 +22,10 @@ from refseq_bench.robots.behaviours.guarded import GOT_ON, PATIENCE, STALE
 from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
 from refseq_bench.robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
 from refseq_bench.robots.state import LATCHED
+from tests.robots.behaviours.mounted import ON_THE_ROBUTER
 
 ROBOT = robots.load("robuter")
-FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)
+FRAME = RobotDescription(ROBOT.shape, ROBOT.limits, ON_THE_ROBUTER)
 FREE = Scan(np.full(361, np.inf, np.float32))
 
 
@@ -174,7 +175,7 @@ def test_what_the_laser_has_passed_is_remembered_beside_the_robot_and_not_ahead_
     around.look(Senses(RobotState(pose=PlanarPose(0.8, 0, 0)), Scan(FREE.ranges.copy()), 0.2))
     seen = around.points(PlanarPose(0.8, 0, 0))
     assert len(seen) > 10
-    assert seen[:, 0].max() < FRAME.shape.laser
+    assert seen[:, 0].max() < FRAME.laser.ahead
     assert np.abs(seen[:, 1]) == pytest.approx(1.0, abs=0.02)
     around.look(Senses(RobotState(pose=PlanarPose(5.0, 0, 0)), Scan(FREE.ranges.copy()), 0.4))
     assert len(around.all) == 0

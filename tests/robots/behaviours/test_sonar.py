@@ -21,9 +21,10 @@ from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.robots.odometry import along_arc
 from refseq_bench.robots.robuter import LIMITS, SHAPE
+from tests.robots.behaviours.mounted import ON_THE_ROBUTER
 
 AHEAD, LEFT, RIGHT = Ranger(0.3, 0.0, 0.0), Ranger(0.0, 0.25, math.pi / 2), Ranger(0.0, -0.25, -math.pi / 2)
-FRAME = RobotDescription(SHAPE, LIMITS, sonars=(AHEAD, LEFT, Ranger(-0.4, 0.25, math.pi / 2), RIGHT))
+FRAME = RobotDescription(SHAPE, LIMITS, ON_THE_ROBUTER, (AHEAD, LEFT, Ranger(-0.4, 0.25, math.pi / 2), RIGHT))
 KINDS: dict[str, Callable[[], Behaviour]] = {
     "turn": lambda: DeadReckoned(FRAME, Twist(0.0, 0.3), Turned(math.radians(-90))),
     "arc": lambda: DeadReckoned(FRAME, Twist(0.2, 0.3), Turned(1.0)),
@@ -109,6 +110,6 @@ def _perpendicular(pose: PlanarPose, ranger: Ranger, away: float, slant: float) 
 def test_sonars_of_a_side_are_those_that_look_there() -> None:
     assert abeam(FRAME, 1).tolist() == [1, 2]
     assert abeam(FRAME, -1).tolist() == [3]
-    blind = RobotDescription(SHAPE, LIMITS, sonars=(AHEAD, LEFT))
+    blind = RobotDescription(SHAPE, LIMITS, ON_THE_ROBUTER, (AHEAD, LEFT))
     with pytest.raises(RobotsError, match=r"^no sonar looks to the right: valid is a robot with some there$"):
         Narrow(blind)

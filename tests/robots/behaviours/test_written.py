@@ -18,9 +18,10 @@ from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.behaviours.set_point import SetPoint
 from refseq_bench.robots.behaviours.turn import Turn
 from refseq_bench.robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
+from tests.robots.behaviours.mounted import ON_THE_ROBUTER
 
 ROBOT = robots.load("robuter")
-FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)
+FRAME = RobotDescription(ROBOT.shape, ROBOT.limits, ON_THE_ROBUTER)
 
 
 @pytest.mark.parametrize(

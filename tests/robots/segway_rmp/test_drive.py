@@ -194,7 +194,7 @@ def test_an_empty_floor_never_stops_it_however_it_leans() -> None:
     assert causes == set()
 
 
-SQUARE = Shape(ahead=0.25, behind=0.25, half_width=0.3, laser=0.0, height=1.4)
+SQUARE = Shape(ahead=0.25, behind=0.25, half_width=0.3, height=1.4)
 
 
 def single(bearing: float, distance: float) -> Scan:

@@ -9,6 +9,7 @@ from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.cameras.library import load_camera
+from refseq_bench.sim.drives.behaviour_runner import description_of
 from refseq_bench.sim.drives.sensor_rig import sensor_rig
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import build_world
@@ -28,7 +29,7 @@ def test_mounts_are_in_the_robots_frame(name: str) -> None:
     with Bench(world, robot, route=ROUTE, settings=settings) as bench:
         rig = sensor_rig(bench)
     laser = rig.mounts["laser"]
-    assert laser.translation[:2] == pytest.approx((robot.shape.laser, 0.0), abs=0.02)
+    assert laser.translation[:2] == pytest.approx((description_of(robot).laser.ahead, 0.0), abs=0.02)
     assert 0.1 < laser.translation[2] < 1.0
     np.testing.assert_allclose(Rotation.from_quat(laser.rotation).as_matrix(), np.eye(3), atol=0.02)
     for camera, looks in (("camera-1", (1, 0, 0)), ("camera-2", (0, 1, 0))):

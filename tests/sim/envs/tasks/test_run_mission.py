@@ -20,7 +20,7 @@ from refseq_bench.sim.envs.worlds.rooms import two_rooms
 from refseq_bench.sim.errors import SimError
 from tests.refseq.missions.on_a_line import way
 
-SHAPE = Shape(ahead=0.8, behind=0.3, half_width=0.36, laser=0.25, height=1.4)
+SHAPE = Shape(ahead=0.8, behind=0.3, half_width=0.36, height=1.4)
 ASIDE = -1.2
 """The path leads along the wall of the two rooms, so far before it; their open door is on its right after 10 m."""
 PLACES = np.array([(ASIDE, k - 10.0) for k in range(21)])

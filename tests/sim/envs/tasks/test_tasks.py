@@ -16,7 +16,7 @@ from refseq_bench.sim.envs.tasks.recover import HERE, SURE, RecoverTask, belief_
 from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Situation, TaskGround
 from refseq_bench.sim.envs.worlds.rooms import FORMS, two_rooms
 
-SHAPE = Shape(ahead=0.8, behind=0.3, half_width=0.36, laser=0.25, height=1.4)
+SHAPE = Shape(ahead=0.8, behind=0.3, half_width=0.36, height=1.4)
 ROUTE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0]])
 PLACES = np.array([(k, 0.0) for k in range(11)], float)
 GROUND = TaskGround(two_rooms(0), ROUTE, SHAPE, PLACES)
