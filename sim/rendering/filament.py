@@ -39,7 +39,8 @@ FILAMENT_SETTINGS = {
 def prepare_spec(spec: mujoco.MjSpec) -> None:
     """Set what the renderers want to know of a world before it is compiled; numbers that are there already stay.
 
-    Ambient occlusion off: it is reckoned from the pixels of the frame, so it would change with the view and its size.
+    Ambient occlusion off: it is reckoned from the pixels of the frame, so it would change with the view and its size;
+    it costs a fifth of a frame on a software renderer, for faint shade in corners.
     Fallback lights off: Filament lights a world without lamps by itself, but such a night is dark. Emission of a
     material then counts in cd/m² (times its albedo for classic materials), not in Filament's scale for the latter.
     """

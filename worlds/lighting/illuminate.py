@@ -28,8 +28,6 @@ from refseq_bench.worlds.parts.site import Site
 from refseq_bench.worlds.plans.frame import LEVEL, LocalFrame
 from refseq_bench.worlds.plans.schema import FloorPlan, Material, Wall
 
-EXPOSED = 1.2 * 16.0**2 * 125.0
-"""Filament's radiance at its default exposure: a pixel of 1.0 stands for so many cd/m² (f/16, 1/125 s, ISO 100)."""
 FAINTEST = 0.01
 """Windows of less intensity than this [cd] are left out."""
 BACKDROP = 20.0
@@ -50,10 +48,6 @@ def illuminate(site: Site, plan: FloorPlan, numbers: Photometry, measure: Measur
     ``measure`` tells all light but the direct sun; without it there is none between the walls. Returns that light by
     place: the world starts with what there is at its first route's start.
     """
-    # Emission is then given in cd/m², and not in Filament's scale for classic materials.
-    site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
-    # Screen-space occlusion costs a fifth of a frame on a software renderer, for faint shade in corners.
-    site.spec.add_numeric(name="filament.ao.enabled", data=[0.0])
     site.spec.visual.quality.shadowsize = 1024
     sun = transmission(plan) * numbers.outdoors.direct
     if sun > 0.0:

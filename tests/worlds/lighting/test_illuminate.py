@@ -24,6 +24,11 @@ def test_only_the_sun_casts_shadows(hallway: World) -> None:
     assert [n for n, light in lights(hallway).items() if light.castshadow] == ["sun"]
 
 
+def test_a_world_has_no_settings_of_a_renderer(hallway: World) -> None:
+    """Its bench sets them when it compiles the world: ``prepare_spec`` leaves what is there."""
+    assert [number.name for number in hallway.spec.numerics] == []
+
+
 def test_intensities_are_photometric(hallway: World) -> None:
     found, numbers = lights(hallway), hallway.photometry
     sun = found["sun"]
