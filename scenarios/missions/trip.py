@@ -94,7 +94,8 @@ class MissionTrip:
             trigger=Trigger(distance=every),
         )
         if strip is not None and drive.renderer is RendererKind.NONE:
-            raise ScenarioError("a strip needs a renderer; valid are --renderer baked, filament, classic")
+            valid = ", ".join(kind for kind in RendererKind if kind is not RendererKind.NONE)
+            raise ScenarioError(f"a strip needs a renderer; valid are --renderer {valid}")
         return cls(drive, at, odometry, strip)
 
 

@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import IO, Any, NamedTuple
 
 from refseq_bench.sim.errors import RendererError
+from refseq_bench.sim.rendering.renderer import BY_OPENGL, RendererKind, others_than
 
 VULKAN_PACKAGES = "libvulkan1 mesa-vulkan-drivers"
 """Debian and Ubuntu packages that bring a Vulkan device to any machine."""
@@ -106,7 +107,7 @@ def require_vulkan() -> None:
     if vulkan_device() is None:
         raise RendererError(
             "renderer 'filament' found no Vulkan device: install the Debian packages "
-            f"{VULKAN_PACKAGES} ('refseq doctor' tells more), or choose 'classic' or 'none'"
+            f"{VULKAN_PACKAGES} ('refseq doctor' tells more), or choose {others_than(RendererKind.FILAMENT)}"
         )
 
 
@@ -156,7 +157,8 @@ def open_gl(width: int, height: int) -> tuple[str, Any]:
     except Exception as error:  # missing libraries and drivers show as errors of many kinds
         raise RendererError(
             f"renderer 'classic' found no GL ({name}: {_one_line(error)}): install the Debian packages {GL_PACKAGES}, "
-            "or libosmesa6 and set MUJOCO_GL=osmesa ('refseq doctor' tells more), or choose 'filament' or 'none'"
+            "or libosmesa6 and set MUJOCO_GL=osmesa ('refseq doctor' tells more), or choose "
+            f"{others_than(*BY_OPENGL)}"
         ) from error
     return name, context
 

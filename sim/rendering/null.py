@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq_bench.sim.errors import SimError
-from refseq_bench.sim.rendering.renderer import Closing, RendererKind
+from refseq_bench.sim.rendering.renderer import Closing, RendererKind, others_than
 
 
 class NullRenderer(Closing):
@@ -18,7 +18,7 @@ class NullRenderer(Closing):
 
     def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         """Raise ``SimError``: there is nothing to see."""
-        raise SimError(f"renderer 'none' has no image of camera '{camera}': choose 'filament' or 'classic'")
+        raise SimError(f"renderer 'none' has no image of camera '{camera}': choose {others_than(self.kind)}")
 
     def light_around(self, illuminance: float) -> None:
         """See ``Renderer``: there is nothing to light."""

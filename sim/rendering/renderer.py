@@ -1,11 +1,13 @@
 """The one interface of all renderers: luminance [cd/m²] of every pixel that a camera sees."""
 
 from enum import StrEnum
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:  # the doctor looks at drivers also where MuJoCo cannot be imported
+    import mujoco
 
 
 class RendererKind(StrEnum):
@@ -20,13 +22,22 @@ class RendererKind(StrEnum):
 DEFAULT_RENDERER = RendererKind.BAKED
 """The one where nobody chose: nearest to the light of a path tracer, and the cheapest but for the crude one."""
 
+BY_OPENGL = (RendererKind.BAKED, RendererKind.CLASSIC)
+"""Kinds that need the same driver: where one finds none, the other does not either."""
+
+
+def others_than(*kinds: RendererKind) -> str:
+    """All other kinds, as a message offers them: ``'filament' or 'none'``."""
+    *more, last = (f"'{kind}'" for kind in RendererKind if kind not in kinds)
+    return " or ".join([", ".join(more), last] if more else [last])
+
 
 class Renderer(Protocol):
     """Draws what a model's cameras see."""
 
     kind: RendererKind
 
-    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
+    def radiance(self, data: "mujoco.MjData", camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         """Luminance [cd/m²] of each pixel, (height, width), a fresh array; the row 0 is the top one."""
         ...
 

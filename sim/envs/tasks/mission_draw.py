@@ -15,15 +15,15 @@ import numpy as np
 
 from refseq.missions.language import TURNS, Action, BehaviourCode, Label, Landmark, Mission, Step
 from refseq.missions.path import MissionPath
+from refseq_bench.sim.envs.tasks.reach_place import NEAREST
 
-NEAREST = 4.0
-"""A mission ends no nearer to the path's start than this [m]: a choice, that of the task to reach a place."""
 DOOR = Landmark(Label.DOOR)
 
 
 def draw_mission(way: MissionPath, crossable: Sequence[int], rng: np.random.Generator) -> Mission | None:
     """A mission along a way, None where it has no landmark; ``crossable`` are the numbers of the doors to go through.
 
+    It ends no nearer to the path's start than the task to reach a place has its goals, ``NEAREST``.
     All kinds of last steps that the way has room for are as likely, and so are their places.
     """
     doors = [number for number, door in enumerate(way.doors) if door.along >= NEAREST]

@@ -13,11 +13,10 @@ from refseq.missions.plan import Plan
 from refseq.missions.true_way import TrueWay
 from refseq.planar import wrap
 from refseq_bench.sim.envs.tasks.cross_door import OPEN, DoorwayPlace
+from refseq_bench.sim.envs.tasks.reach_place import ARRIVED
 from refseq_bench.sim.envs.tasks.task import Situation, TaskGround
 from refseq_bench.sim.errors import SimError
 
-ARRIVED = 0.8
-"""So near to the place where it is to stand the robot is there [m]: a choice, that of the task to reach a place."""
 WITHIN = 1.5
 """A behaviour that begins no farther than this from where it should is right [m]: the missions' score has the same."""
 FACING = math.radians(15)
@@ -49,7 +48,7 @@ class MissionGoal(ABC):
 
 @dataclass(frozen=True)
 class StandAt(MissionGoal):
-    """Stand at a place."""
+    """Stand at a place, as near to it as the task to reach one asks for."""
 
     def reached(self, situation: Situation) -> bool:
         """True if the robot stands there."""

@@ -18,7 +18,7 @@ from refseq_bench.sim.rendering.baked.surfaces import picture_of, surfaces_of
 from refseq_bench.sim.rendering.baked.triangles import Floats
 from refseq_bench.sim.rendering.drivers import GL_PACKAGES, quiet_terminal
 from refseq_bench.sim.rendering.frustum import eye_of
-from refseq_bench.sim.rendering.renderer import Closing, RendererKind
+from refseq_bench.sim.rendering.renderer import BY_OPENGL, Closing, RendererKind, others_than
 
 LONGEST = 0.4
 """Light varies linearly over pieces of walls and floors whose sides are not longer than this [m]: a choice."""
@@ -210,5 +210,5 @@ def _open() -> Any:
         said = " ".join(str(error).split())
         raise RendererError(
             f"renderer 'baked' found no OpenGL by EGL ({said}): install the Debian packages {GL_PACKAGES} libopengl0 "
-            "('refseq doctor' tells more), or choose 'filament' or 'none'"
+            f"('refseq doctor' tells more), or choose {others_than(*BY_OPENGL)}"
         ) from error

@@ -1,4 +1,6 @@
+import itertools
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,7 +15,7 @@ from refseq_bench.sim.rendering.drivers import gl_backend, gl_device, vulkan_dev
 from refseq_bench.sim.rendering.filament import FilamentRenderer, prepare_spec, split_lights
 from refseq_bench.sim.rendering.frustum import farthest, frustum
 from refseq_bench.sim.rendering.opening import open_renderer
-from refseq_bench.sim.rendering.renderer import Renderer, RendererKind
+from refseq_bench.sim.rendering.renderer import Renderer, RendererKind, others_than
 
 ROOT = Path(__file__).parents[3]
 GREY = 0.5
@@ -373,8 +375,15 @@ def test_none_has_no_image() -> None:
     model, data = card("")
     with open_renderer("none", model) as renderer:
         assert renderer.kind is RendererKind.NONE
-        with pytest.raises(SimError, match="renderer 'none' has no image of camera 'down'"):
+        with pytest.raises(SimError, match=r"has no image of camera 'down': choose 'baked', 'filament' or 'classic'$"):
             renderer.radiance(data, "down")
+
+
+@pytest.mark.parametrize("count", range(len(RendererKind)))
+def test_all_other_renderers_are_offered(count: int) -> None:
+    for kinds in itertools.combinations(RendererKind, count):
+        offered = re.split(", | or ", others_than(*kinds))
+        assert offered == [f"'{kind}'" for kind in RendererKind if kind not in kinds]
 
 
 def test_an_unknown_renderer_is_named_with_the_valid_ones() -> None:
