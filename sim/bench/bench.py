@@ -69,8 +69,6 @@ class Bench(Closing):
     ) -> None:
         self.world, self.robot, self.settings = world, robot, resolved(settings or BenchSettings(), robot)
         self.route = route_named(world, route) if isinstance(route, str) else polyline(route)
-        if self.settings.renderer is not RendererKind.NONE and not world.pictured:
-            raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
         self.cameras: tuple[str, ...] = self.settings.cameras or ()
         """The cameras that take images."""
         self._prefix = prefix_of(robot)
@@ -90,12 +88,24 @@ class Bench(Closing):
         self._add_sensors(streams_of(seed, robot))
         self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
         self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
+        self.renderer = self._opened(self.settings.renderer)
+
+    def draw_by(self, kind: RendererKind) -> None:
+        """Draw by a renderer of another kind from now on, in the light of the same world; see ``Bench`` for errors."""
+        before, self.renderer = self.renderer, self._opened(kind)
+        before.close()
+
+    def _opened(self, kind: RendererKind) -> Renderer:
+        """A renderer of the model in the light of its world, which is worked out once for all benches."""
+        world = self.world
+        if kind is not RendererKind.NONE and not world.pictured:
+            raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
         about = world.plan, world.photometry
 
         def light(shell: Shell, others: Cards) -> Baked:
             return kept(partial(bake, *about), user_cache() / "light", *about)(shell, others)
 
-        self.renderer: Renderer = open_renderer(self.settings.renderer, self.model, light)
+        return open_renderer(kind, self.model, light)
 
     def _add_electronics(self) -> None:
         self.believed = self.individual.believed

@@ -29,7 +29,6 @@ from refseq_bench.sim.envs.tasks.task import Judgement, Task
 from refseq_bench.sim.envs.worlds.named import check_light, plan_named, world_named
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Due, alone
-from refseq_bench.sim.rendering.opening import open_renderer
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.plans.schema import FloorPlan
 
@@ -271,7 +270,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
     def _picture(self) -> NDArray[np.uint8]:
         bench = self._running.bench
         if bench.renderer.kind is RendererKind.NONE:
-            bench.renderer = open_renderer(self._renderer, bench.model)
+            bench.draw_by(self._renderer)
         return ChaseCamera(bench, bearing=math.pi, distance=BEHIND, eyes=UP).look()
 
     def _begin_display(self, plan: FloorPlan, route: NDArray[np.float64]) -> None:

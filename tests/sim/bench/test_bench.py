@@ -300,6 +300,16 @@ def test_the_light_from_all_sides_is_that_of_the_place(lamp: Lamp) -> None:
     assert 0.0 < lamp.around[0] < lamp.around[1]
 
 
+def test_who_draws_by_another_renderer_gives_the_first_one_back(corridor: World, lamp: Lamp) -> None:
+    with bench_in(corridor, settings=BenchSettings()) as bench:
+        other = Lamp(50.0)
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(refseq_bench.sim.bench.bench, "open_renderer", lambda kind, model, bake: other)
+            bench.draw_by(RendererKind.CLASSIC)
+        assert (bench.renderer, lamp.closed, other.closed) == (other, True, False)
+    assert other.closed
+
+
 def test_a_robot_that_is_carried_stands_there_and_its_odometer_does_not_notice(corridor: World) -> None:
     with bench_in(corridor) as bench:
         drive(bench, Twist(0.4, 0.0), 2.0)

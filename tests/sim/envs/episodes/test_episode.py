@@ -227,6 +227,17 @@ def test_pictures_change_nothing_that_happens() -> None:
 
 
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
+def test_the_robot_is_shown_in_the_light_that_its_cameras_see() -> None:
+    shown = []
+    for seeing in ({}, {"cameras": ["camera-1"], "pixels": 16}):
+        env = made("CrossDoorTwist", world="rooms:0", render_mode="rgb_array", **seeing)
+        env.reset(seed=3)
+        shown.append(env.render())
+        env.close()
+    np.testing.assert_array_equal(*shown)
+
+
+@pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
 def test_cameras_give_images_of_their_own() -> None:
     env = made("CrossDoorTwist", renderer="classic", cameras=["camera-1", "camera-2"])
     seen, _ = env.reset(seed=6)
