@@ -237,14 +237,17 @@ class Bench(Closing):
 
     def sense(self) -> View:
         """All sensors at this moment; distance and turn count from the last view."""
-        images = {} if self.renderer.kind is RendererKind.NONE else self._photograph()
+        images = self.photograph()
         scan = self.new_scan()
         now = self.odometry
         distance, turn = motion_between(self._last_view, now) if self._last_view else (0.0, 0.0)
         self._last_view = now
         return View(self.time, MappingProxyType(images), scan, distance, turn, self.pose)
 
-    def _photograph(self) -> dict[str, NDArray[np.uint8]]:
+    def photograph(self) -> dict[str, NDArray[np.uint8]]:
+        """The cameras' images at this moment by their names, none without a renderer; nothing else notices."""
+        if self.renderer.kind is RendererKind.NONE:
+            return {}
         elapsed, self._last_look = self.time - self._last_look, self.time
         tell_velocities(self.model, self.data, self._stood, CONTROL_PERIOD)
         images = {}

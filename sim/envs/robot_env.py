@@ -227,7 +227,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         if run.following is not None and self._map is not None:
             asked = [(one.at, self.number_of(one.behaviour)) for one in run.episode.asked]
             belief = run.following.belief, Known(self._map.sequence.along, run.episode.goal, asked, run.following.gone)
-        images = run.bench.sense().images if self._cameras else None
+        images = run.bench.photograph() if self._cameras else None
         scan, state, going = run.bench.scan(), run.bench.state, self._acting.going
         return self._sensing.observed(scan, state, run.motion, belief=belief, images=images, going=going)
 

@@ -94,6 +94,20 @@ def test_it_is_made_again_from_what_its_spec_says_as_json(name: str) -> None:
     again.close()
 
 
+@pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
+@pytest.mark.quick_cases("refseq/CrossDoorTwist-v0")
+@every_id
+def test_who_takes_pictures_changes_nothing_else(name: str) -> None:
+    """Not one range, belief or pose: the laser neither turns for a picture nor draws from its noise."""
+    blind, seeing = gym.make(name), gym.make(name, cameras=["camera-1"], pixels=16, renderer="classic")
+    actions = drawn_actions(blind)
+    for one, other in zip(played(blind, 3, actions), played(seeing, 3, actions), strict=True):
+        assert other[0].pop("camera-1").shape == (16, 16)
+        assert data_equivalence(one, other, exact=True)
+    blind.close()
+    seeing.close()
+
+
 @some(IN_WORKERS)
 def test_workers_see_step_by_step_what_one_process_sees(name: str) -> None:
     env = gym.make(name)
