@@ -22,11 +22,13 @@ class RealTimePacer:
         if not 0 < factor < math.inf:
             raise SimError(f"rate {factor:g} is not valid; it should be simulated over real time, above 0")
         self._factor, self._clock, self._sleep = factor, clock, sleep
-        self._due, self._last = clock(), 0.0
+        self._due = -math.inf
+        self._last: float | None = None
 
     def keep(self, simulated: float) -> None:
-        """Wait until it is time for ``simulated`` [s]."""
-        passed, self._last = (simulated - self._last) / self._factor, simulated
+        """Wait until it is time for ``simulated`` [s]; the first call waits for nothing: time counts from it on."""
+        passed = 0.0 if self._last is None else (simulated - self._last) / self._factor
+        self._last = simulated
         self._due = max(self._due + passed, self._clock())
         ahead = self._due - self._clock()
         if ahead > 0:

@@ -214,11 +214,12 @@ def open_port(bench: Bench, address: str) -> SerialPort:
 def serve(bench: Bench, port: SerialPort, duration: float, pace: RealTimePacer | None = None) -> None:
     """Let the bench run for ``duration`` [s] of simulated time while whoever is at the port drives the robot."""
     pace, began = pace or RealTimePacer(), bench.time
+    pace.keep(began)
     while bench.time - began < duration - 1e-9:
         port.carry()
         bench.wait()
         port.carry()
-        pace.keep(bench.time - began)
+        pace.keep(bench.time)
 
 
 def _tcp(address: str) -> TcpOutlet:

@@ -312,18 +312,23 @@ class Clock:
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 4.0])
-def test_simulated_time_is_held_back_to_its_share_of_wall_time(factor: float) -> None:
+@pytest.mark.parametrize("began", [0.0, 37.0])
+def test_simulated_time_is_held_back_to_its_share_of_wall_time(factor: float, began: float) -> None:
+    """From the first time that is told on: the pacer of a robot that has driven before waits for none of that."""
     clock = Clock()
     pace = RealTimePacer(factor, clock, clock.sleep)
+    pace.keep(began)
+    assert clock.slept == 0.0
     for step in np.arange(1, 101) * 0.04:
         clock.now += 0.001  # what the simulation takes
-        pace.keep(float(step))
+        pace.keep(began + float(step))
     assert clock.now - 100.0 == pytest.approx(4.0 / factor)
 
 
 def test_a_simulation_that_is_too_slow_is_not_held_back() -> None:
     clock = Clock()
     pace = RealTimePacer(1.0, clock, clock.sleep)
+    pace.keep(0.0)
     clock.now += 10.0
     pace.keep(4.0)
     assert clock.slept == 0.0
