@@ -27,12 +27,13 @@ def run_and_sense(
     for number, words in enumerate(behaviours, 1):
         yield RecordedView(replace(bench.sense(), behaviour=words), bench.odometry, gone)
         moved, before = Moved(), bench.odometry
-        for sample in running(bench, behaviour_in(words, description), timeout=began + timeout - bench.time):
-            if sample.step.outcome is BehaviourOutcome.FAILED:
-                raise StuckError(f"behaviour {number}, {words}, failed after {gone:.1f} m: {sample.step.why}")
+        for sample in running(bench, behaviour_in(words, description), timeout=timeout, since=began):
             now = bench.odometry
             moved.add(before, now, CONTROL_PERIOD)
             before = now
+            if sample.step.outcome is BehaviourOutcome.FAILED:
+                way = gone + moved.distance
+                raise StuckError(f"behaviour {number}, {words}, failed after {way:.1f} m: {sample.step.why}")
             # Where a behaviour ends the next view is taken at once, as that of what follows.
             if sample.step.outcome is BehaviourOutcome.RUNNING and trigger.fires(moved):
                 gone += moved.distance

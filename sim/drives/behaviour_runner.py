@@ -65,12 +65,15 @@ def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:
     return Ranger(float(place[0]), float(place[1]), math.atan2(axis[1], axis[0]))
 
 
-def running(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> Iterator[BehaviourMoment]:
+def running(
+    bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0, since: float | None = None
+) -> Iterator[BehaviourMoment]:
     """Let ``behaviour`` steer, and tell of each control period.
 
-    The last moment's step has the outcome; after ``timeout`` [s] of simulated time that is a failure.
+    The last moment's step has the outcome; when ``timeout`` [s] of simulated time have passed ``since`` then, or since
+    now, that is a failure.
     """
-    began = bench.time
+    began = bench.time if since is None else since
     while True:
         step = behaviour.step(Senses(bench.state, bench.scan(), bench.time))
         if step.outcome is BehaviourOutcome.RUNNING and bench.time - began >= timeout:

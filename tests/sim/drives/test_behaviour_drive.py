@@ -81,8 +81,18 @@ def test_a_behaviour_that_fails_is_named() -> None:
 
 
 def test_it_takes_no_longer_than_it_may() -> None:
-    with pytest.raises(StuckError, match=r"^behaviour 2, MT:180, failed after 1\.0 m: not done after \d+(\.\d+)? s"):
+    with pytest.raises(StuckError, match=r"^behaviour 2, MT:180, failed after 1\.0 m: not done after 5 s"):
         toured(("MN:1", "MT:180", "MN:1"), timeout=5.0)
+
+
+def test_the_way_to_a_failure_is_told_from_the_start_and_not_from_the_last_view() -> None:
+    settings = BenchSettings(RendererKind.NONE, cameras=())
+    with Bench(corridor(), robots.load("robuter"), settings=settings) as bench:
+        with pytest.raises(StuckError) as caught:
+            list(run_and_sense(bench, ("MN:1", "MN:20"), Trigger(distance=50.0), timeout=8.0))
+        gone = math.hypot(bench.odometry.x, bench.odometry.y)
+    assert gone > 2.0
+    assert str(caught.value) == f"behaviour 2, MN:20, failed after {gone:.1f} m: not done after 8 s"
 
 
 def test_its_time_begins_with_the_drive() -> None:
