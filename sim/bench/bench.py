@@ -31,7 +31,7 @@ from refseq_bench.sim.sensors.laser import Laser
 from refseq_bench.sim.sensors.ray_scene import RayScene
 from refseq_bench.user_cache import user_cache
 from refseq_bench.worlds.build import World
-from refseq_bench.worlds.lighting.baking import Baked, Shell, bake
+from refseq_bench.worlds.lighting.baking import Baked, Shell, bake, world_light
 from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.parts.people import Crowd
 
@@ -100,10 +100,10 @@ class Bench(Closing):
         world = self.world
         if kind is not RendererKind.NONE and not world.pictured:
             raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
-        about = world.plan, world.photometry
 
         def light(shell: Shell, others: Cards) -> Baked:
-            return kept(partial(bake, *about), user_cache() / "light", *about)(shell, others)
+            shining = world_light(world.plan, world.photometry)
+            return kept(partial(bake, shining), user_cache() / "light", shining)(shell, others)
 
         return open_renderer(kind, self.model, light)
 

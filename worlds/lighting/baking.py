@@ -17,8 +17,8 @@ from refseq_bench.worlds.lighting.daylight import sun_direction
 from refseq_bench.worlds.lighting.form_factors import SIGHT, Cards, Quads, configuration_factor, window_factor
 from refseq_bench.worlds.lighting.occluders import AWAY, Occluders
 from refseq_bench.worlds.lighting.open_air import head_of, post_illuminance
-from refseq_bench.worlds.lighting.photometry import Photometry, outlook, sources, transmission
-from refseq_bench.worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.lighting.photometry import Photometry, Sources, outlook, sources, transmission
+from refseq_bench.worlds.plans.schema import FloorPlan, Post
 
 RAYS = 64
 """Rays that a card sends out; a choice: the same ones from all, so that neighbours err alike."""
@@ -64,15 +64,42 @@ class Baked:
     around: Floats
 
 
-def bake(plan: FloorPlan, numbers: Photometry, shell: Shell, others: Cards) -> Baked:
+@dataclass(frozen=True, slots=True)
+class WorldLight:
+    """All that shines in a world, and nothing else of its plan: with one shell and one of these the baked light is one.
+
+    ``interior`` are windows and burning lamps, None in the open, where ``posts`` burn and ``outlook`` is the luminance
+    above and below the horizon [cd/m²]. ``sun`` is what faces it behind the glass [lx], ``towards_sun`` (3,) the way.
+    """
+
+    interior: Sources | None
+    posts: tuple[Post, ...]
+    outlook: tuple[float, float]
+    sun: float
+    towards_sun: Floats
+
+
+def world_light(plan: FloorPlan, numbers: Photometry) -> WorldLight:
+    """Look up what shines in a plan."""
+    indoors, outdoors = plan.ceiling is not None, numbers.outdoors
+    return WorldLight(
+        interior=sources(plan, numbers) if indoors else None,
+        posts=() if indoors else tuple(post for post in plan.post if post.name in numbers.lit_posts),
+        outlook=outlook(plan, outdoors),
+        sun=transmission(plan) * outdoors.direct,
+        towards_sun=-sun_direction(outdoors, plan.place.x_azimuth),
+    )
+
+
+def bake(light: WorldLight, shell: Shell, others: Cards) -> Baked:
     """Work out the light on a shell and on other cards, as a camera gathers it."""
     occluders, own = Occluders(shell.triangles), len(shell.cards)
     points = np.concatenate([shell.cards.points + LIFT * shell.cards.normals, others.points])
     cards = Cards(points, np.concatenate([shell.cards.normals, others.normals]))
     seen, inside = _gathered(occluders, cards, _normals(shell.triangles))
-    direct = _direct(plan, numbers, occluders, cards) + _escaping(plan, numbers, seen, cards.normals)
-    sun = shell.albedo * _sun_on(plan, numbers, occluders, shell)
-    if plan.ceiling is not None:
+    direct = _direct(light, occluders, cards) + _escaping(light, seen, cards.normals)
+    sun = shell.albedo * _sun_on(light, occluders, shell)
+    if light.interior is not None:
         # A patch of sun in a room is small and bright: few rays meet it, and on their own they would paint stripes.
         direct += _from_patches(occluders, cards, sunny_patches(shell.triangles, sun))
         sun = np.zeros_like(sun)
@@ -129,33 +156,31 @@ def _gathered(occluders: Occluders, cards: Cards, sides: Floats) -> tuple[NDArra
     return found, inside
 
 
-def _escaping(plan: FloorPlan, numbers: Photometry, seen: NDArray[np.int32], normals: Floats) -> Floats:
+def _escaping(light: WorldLight, seen: NDArray[np.int32], normals: Floats) -> Floats:
     """Light of sky and ground far off on the rays that meet nothing, (m,) [lx]; none between walls."""
     lux = np.zeros(len(seen))
-    if plan.ceiling is not None:
+    if light.interior is not None:
         return lux
-    above, below = np.pi * np.array(outlook(plan, numbers.outdoors))
+    above, below = np.pi * np.array(light.outlook)
     for part in _blocks(len(seen)):
         up = _directions(normals[part])[..., 2] > 0.0
         lux[part] = np.where(seen[part] < 0, np.where(up, above, below), 0.0).mean(axis=1)
     return lux
 
 
-def _sun_on(plan: FloorPlan, numbers: Photometry, occluders: Occluders, shell: Shell) -> Floats:
+def _sun_on(light: WorldLight, occluders: Occluders, shell: Shell) -> Floats:
     """Illuminance of triangles by the direct sun, (f,) [lx]: where its light comes from, not where it is seen."""
-    towards = -sun_direction(numbers.outdoors, plan.place.x_azimuth)
-    lux = transmission(plan) * numbers.outdoors.direct
     share = np.zeros(len(shell.triangles))
-    if lux <= 0.0:
+    if light.sun <= 0.0:
         return share
     normals = _normals(shell.triangles)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    facing = np.maximum(0.0, normals @ towards)
+    facing = np.maximum(0.0, normals @ light.towards_sun)
     met = np.flatnonzero(facing)
     for at in (*(np.eye(3) * 0.6 + 0.4 / 3), np.full(3, 1 / 3)):
         points = np.einsum("k,fkc->fc", at, shell.triangles[met]) + AWAY * normals[met]
-        share[met] += occluders.open_to(points, towards) / 4
-    return share * facing * lux
+        share[met] += occluders.open_to(points, light.towards_sun) / 4
+    return share * facing * light.sun
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,11 +229,10 @@ def _from_patches(occluders: Occluders, cards: Cards, patches: Patches) -> Float
 # --- from windows and lamps ---
 
 
-def _direct(plan: FloorPlan, numbers: Photometry, occluders: Occluders, cards: Cards) -> Floats:
+def _direct(light: WorldLight, occluders: Occluders, cards: Cards) -> Floats:
     """Light that comes straight from windows and lamps, (m,) [lx]."""
-    if plan.ceiling is None:
-        return _from_posts(plan, numbers, occluders, cards)
-    lit = sources(plan, numbers)
+    if (lit := light.interior) is None:
+        return _from_posts(light.posts, occluders, cards)
     lux = np.zeros(len(cards))
     for i, quad, j in _near_and_above(cards, lit.windows, lit.lamps):
         points, normals = cards.points[i], cards.normals[i]
@@ -246,10 +270,10 @@ def _share_in_sight(occluders: Occluders, origins: Floats, quad: Floats) -> Floa
     return share
 
 
-def _from_posts(plan: FloorPlan, numbers: Photometry, occluders: Occluders, cards: Cards) -> Floats:
+def _from_posts(posts: tuple[Post, ...], occluders: Occluders, cards: Cards) -> Floats:
     """Light of the street lamps that burn and are in sight, (m,) [lx]."""
     lux = np.zeros(len(cards))
-    for post in (post for post in plan.post if post.name in numbers.lit_posts):
+    for post in posts:
         found = camera_weight(post.kelvin) * post_illuminance(post, cards)
         lit = np.flatnonzero(found > 0.0)
         head = np.broadcast_to(head_of(post), (len(lit), 3))

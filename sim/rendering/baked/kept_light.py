@@ -5,16 +5,14 @@ import io
 import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from refseq.files import replace_bytes
 from refseq_bench.sim.rendering.baked.still_light import Bake
@@ -30,8 +28,9 @@ SOLVERS = ("numpy", "scipy", "embreex")
 def kept(bake: Bake, folder: Path, *about: object) -> Bake:
     """Return ``bake`` which reads from ``folder`` what it worked out before, to the last bit.
 
-    ``about`` is all that it depends on besides the shell, the cards and the code of ``worlds``; its ``repr`` tells it
-    whole. A file that is damaged is made anew, and a folder that cannot be written to keeps nothing.
+    ``about`` is all that it depends on besides the shell, the cards and the code of ``worlds``: dataclasses, tuples and
+    arrays, and things whose ``repr`` tells them whole. A file that is damaged is made anew, and a folder that cannot be
+    written to keeps nothing.
     """
 
     def found(shell: Shell, cards: Cards) -> Baked:
@@ -46,16 +45,26 @@ def kept(bake: Bake, folder: Path, *about: object) -> Bake:
     return found
 
 
-def _key(shell: Shell, cards: Cards, about: tuple[object, ...]) -> str:
-    digest = hashlib.sha256(repr((about, _code())).encode())
-    for array in (shell.triangles, shell.albedo, shell.corners, *_arrays(shell.cards), *_arrays(cards)):
-        digest.update(f"{array.dtype.str} {array.shape} ".encode())
-        digest.update(np.ascontiguousarray(array).tobytes())
+def _key(*about: object) -> str:
+    digest = hashlib.sha256()
+    for part in _told((_code(), *about)):
+        digest.update(part)
     return digest.hexdigest()[:24]
 
 
-def _arrays(cards: Cards) -> Iterator[NDArray[Any]]:
-    return (getattr(cards, field.name) for field in fields(cards))
+def _told(value: object) -> Iterator[bytes]:
+    """All of a value: arrays to the last bit, dataclasses and tuples part by part, all else as it is written."""
+    if isinstance(value, np.ndarray):
+        yield f"{value.dtype.str} {value.shape} ".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif isinstance(value, tuple):
+        yield f"{len(value)} ".encode()
+        for part in value:
+            yield from _told(part)
+    elif is_dataclass(value):
+        yield from _told(tuple(getattr(value, field.name) for field in fields(value)))
+    else:
+        yield f"{value!r} ".encode()
 
 
 @cache

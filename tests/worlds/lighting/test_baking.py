@@ -10,7 +10,7 @@ from refseq_bench.sim.rendering.baked.still_light import light_still
 from refseq_bench.sim.rendering.baked.surfaces import surfaces_of
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.lighting.baking import Baked, Shell, about, bake, hemisphere, sunny_patches
+from refseq_bench.worlds.lighting.baking import Baked, Shell, about, bake, hemisphere, sunny_patches, world_light
 from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.lighting.occluders import Occluders
 from refseq_bench.worlds.meter import Meter
@@ -31,10 +31,11 @@ def baked_on(text: str, light: str, cards: Cards) -> np.ndarray:
     """Light on cards in a world of a plan."""
     world = build_world(parse_plan(text), light_named(light), seed=0)
     model, found = world.spec.compile(), []
+    shining = world_light(world.plan, world.photometry)
 
     def keeping(shell: Shell, others: Cards) -> Baked:
-        found.append(bake(world.plan, world.photometry, shell, cards))
-        return bake(world.plan, world.photometry, shell, others)
+        found.append(bake(shining, shell, cards))
+        return bake(shining, shell, others)
 
     light_still(model, surfaces_of(model, 0.4), keeping)
     return found[0].around
@@ -66,7 +67,8 @@ def test_open_ground_gets_the_skys_light() -> None:
         Cards(triangles.reshape(-1, 3), np.tile([0, 0, 1.0], (6, 1))),
         np.arange(6).reshape(2, 3),
     )
-    around = bake(plan, world.photometry, shell, Cards(np.array([[0, 0, 1.0]]), np.array([[0, 0, 1.0]]))).around
+    card = Cards(np.array([[0, 0, 1.0]]), np.array([[0, 0, 1.0]]))
+    around = bake(world_light(plan, world.photometry), shell, card).around
     assert around[0] == pytest.approx(world.photometry.outdoors.sky, rel=1e-6)
 
 
@@ -104,7 +106,7 @@ def test_patches_of_sun_keep_flux_and_area() -> None:
 def test_walls_behind_a_cabinet_say_nothing() -> None:
     world = build_world(load_plan("offices"), light_named("13:00"), seed=0)
     model = world.spec.compile()
-    light = light_still(model, surfaces_of(model, 0.4), partial(bake, world.plan, world.photometry))
+    light = light_still(model, surfaces_of(model, 0.4), partial(bake, world_light(world.plan, world.photometry)))
     assert np.isfinite(light.sheet).all()
     assert (light.sheet >= 0.0).all()
     assert light.probes.at(np.array([*world.routes["forward"][0], 1.0])).min() > 1.0

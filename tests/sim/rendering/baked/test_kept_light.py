@@ -9,8 +9,12 @@ import pytest
 
 from refseq_bench.sim.rendering.baked import kept_light
 from refseq_bench.sim.rendering.baked.kept_light import kept
-from refseq_bench.worlds.lighting.baking import Baked, Shell
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.baking import Baked, Shell, world_light
 from refseq_bench.worlds.lighting.form_factors import Cards
+from refseq_bench.worlds.lighting.photometry import photometry
+from refseq_bench.worlds.plans.load import parse_plan
+from tests.worlds.conftest import SMALL
 
 RNG = np.random.default_rng(1)
 CARDS = Cards(RNG.normal(size=(5, 3)), RNG.normal(size=(5, 3)))
@@ -59,6 +63,48 @@ def test_another_shell_other_cards_or_another_light_is_baked_anew(
     shell, cards, about = other
     kept(bakery, tmp_path, about)(shell, cards)
     assert bakery.baked == 2
+
+
+LIT = SMALL.format(
+    top="",
+    end="""[[window]]
+name = "w"
+wall = "right"
+at = 4
+[[lamp]]
+name = "l"
+first = [2, 0]
+step = [2, 0]
+count = 3
+lumen = 4000
+switch = "always"
+""",
+)
+
+
+@pytest.mark.parametrize(
+    ("was", "became", "light", "baked"),
+    [
+        ('name = "small"', 'name = "large"', "18:00", 1),
+        ("[[1, 0], [7, 0]]", "[[2, 0], [6, 0]]", "18:00", 1),
+        ('name = "w"', 'name = "w2"', "18:00", 1),
+        ("[[lamp]]", '[[person]]\nname = "p"\nat = [3, 0]\nwalk = [[5, 0]]\n[[lamp]]', "18:00", 1),
+        ("count = 3", "count = 2", "18:00", 2),
+        ("lumen = 4000", "lumen = 4001", "18:00", 2),
+        ("at = 4", "at = 4.01", "18:00", 2),
+        ("x_azimuth = 110", "x_azimuth = 111", "18:00", 2),
+        ("", "", "18:00,cloud=1", 2),
+        ("", "", "18:00,lamps=off", 2),
+    ],
+)
+def test_a_plan_is_baked_anew_where_another_light_shines_and_not_for_who_walks_there(
+    tmp_path: Path, was: str, became: str, light: str, baked: int
+) -> None:
+    bakery = Bakery()
+    for text, named in ((LIT, "18:00"), (LIT.replace(was, became), light)):
+        plan = parse_plan(text)
+        kept(bakery, tmp_path, world_light(plan, photometry(plan, light_named(named))))(SHELL, OTHERS)
+    assert bakery.baked == baked
 
 
 def test_other_code_bakes_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
