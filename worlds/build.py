@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from types import MappingProxyType
 
 import mujoco
@@ -11,6 +12,7 @@ from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.errors import WorldsError
 from refseq_bench.worlds.light import LightSetting
 from refseq_bench.worlds.lighting.ambient import Ambient
+from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.lighting.illuminate import BACKDROP, illuminate
 from refseq_bench.worlds.lighting.photometry import Photometry, photometry
 from refseq_bench.worlds.meter import Meter
@@ -31,7 +33,7 @@ class World:
     """A world that is ready for a robot: attach one to ``spec`` and compile.
 
     ``routes`` maps names to waypoints, (n, 2) [m], read-only. ``photometry`` tells which sources shine, and
-    ``ambient`` the illuminance that the image light should give around a camera, by place.
+    ``ambient`` the illuminance that the image light should give around a camera, by place, worked out once it is asked.
     One that is not ``pictured`` has nothing for cameras to see.
     """
 
@@ -66,9 +68,13 @@ def build_world(plan: FloorPlan, light: LightSetting, seed: int = 0, *, pictured
     park_cars(site, plan)
     furnish_grounds(site, plan)
     place_people(site, plan)
-    around = illuminate(site, plan, numbers, Meter(plan, light).for_camera if pictured else None)
+    around = illuminate(site, plan, numbers, partial(_for_camera, plan, light) if pictured else None)
     routes = MappingProxyType({name: _frozen(points) for name, points in plan.routes.items()})
     return World(plan.name, site.spec, plan, light, seed, routes, numbers, around, pictured)
+
+
+def _for_camera(plan: FloorPlan, light: LightSetting, cards: Cards) -> Floats:
+    return Meter(plan, light).for_camera(cards)
 
 
 def _frozen(points: tuple[tuple[float, float], ...]) -> Floats:

@@ -253,7 +253,7 @@ class Bench(Closing):
         images = {}
         for name, camera in self._cameras.items():
             optics, mounted = camera.optics, self.named(name)
-            self.renderer.light_around(self.world.ambient.at(self.data.camera(mounted).xpos))
+            self.renderer.light_around(partial(self.world.ambient.at, self.data.camera(mounted).xpos))
             sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
             if name in self.covered:
                 sharp = np.zeros_like(sharp)

@@ -1,6 +1,7 @@
 """Somebody who stands by and takes pictures of a robot from outside; it changes nothing that happens."""
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import mujoco
@@ -60,7 +61,7 @@ class ChaseCamera:
         """A picture (height, width) of the robot as it is now."""
         bench = self._bench
         self._stand(*self._place())
-        bench.renderer.light_around(bench.world.ambient.at(bench.data.camera(CAMERA).xpos))
+        bench.renderer.light_around(partial(bench.world.ambient.at, bench.data.camera(CAMERA).xpos))
         return developed(bench.renderer.radiance(bench.data, CAMERA, *SIZE))
 
     def _place(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

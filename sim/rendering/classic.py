@@ -1,5 +1,6 @@
 """MuJoCo's classic OpenGL renderer."""
 
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -57,7 +58,7 @@ class ClassicRenderer(Closing):
         grey = (rgb[::-1] / np.float32(255) @ GREY_OF_RGB).astype(np.float32, copy=False)
         return np.float32(CLASSIC_WHITE) * grey ** np.float32(CLASSIC_GAMMA)
 
-    def light_around(self, illuminance: float) -> None:
+    def light_around(self, illuminance: Callable[[], float]) -> None:
         """See ``Renderer``: this one's light knows no amounts and stays as it is."""
 
     def _look(self, data: mujoco.MjData, camera: str, shape: float) -> None:

@@ -1,6 +1,7 @@
 """MuJoCo's Filament renderer through Vulkan: linear luminance under photometric lights."""
 
 import copy
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import mujoco
@@ -102,10 +103,10 @@ class FilamentRenderer(Closing):
             self._draw(data, seen, self._targets[size])
         return self._draw(data, seen, self._targets[size])
 
-    def light_around(self, illuminance: float) -> None:
+    def light_around(self, illuminance: Callable[[], float]) -> None:
         """See ``Renderer``; a world without an image light stays as it is."""
         image = self._model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
-        self._model.light_intensity[image] = illuminance / np.pi  # read at the scene's next update
+        self._model.light_intensity[image] = illuminance() / np.pi  # read at the scene's next update
 
     def _settle(self, data: mujoco.MjData, seen: mujoco.MjvGLCamera) -> None:
         """Take all things out of the scene and let them in again one by one, a frame each.

@@ -1,5 +1,7 @@
 """The renderer of a bench without cameras."""
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -20,5 +22,5 @@ class NullRenderer(Closing):
         """Raise ``SimError``: there is nothing to see."""
         raise SimError(f"renderer 'none' has no image of camera '{camera}': choose {others_than(self.kind)}")
 
-    def light_around(self, illuminance: float) -> None:
+    def light_around(self, illuminance: Callable[[], float]) -> None:
         """See ``Renderer``: there is nothing to light."""

@@ -1,5 +1,6 @@
 """The one interface of all renderers: luminance [cd/m²] of every pixel that a camera sees."""
 
+from collections.abc import Callable
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol, Self
 
@@ -41,8 +42,11 @@ class Renderer(Protocol):
         """Luminance [cd/m²] of each pixel, (height, width), a fresh array; the row 0 is the top one."""
         ...
 
-    def light_around(self, illuminance: float) -> None:
-        """Let the light that comes from all sides alike give so much [lx] from the next picture on."""
+    def light_around(self, illuminance: Callable[[], float]) -> None:
+        """Let the light that comes from all sides alike give so much [lx] from the next picture on.
+
+        A renderer that has no such light asks for none: it may take seconds to work out.
+        """
         ...
 
     def close(self) -> None:

@@ -7,6 +7,7 @@ spots give there.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,16 +45,21 @@ class Grid:
         return float(np.array([1.0 - u, u]) @ corners @ np.array([1.0 - v, v]))
 
 
-@dataclass(frozen=True, slots=True)
 class Ambient:
-    """Light from all sides, by place."""
+    """Light from all sides, by place; ``solve`` works out its grids when it is asked for the first time."""
 
-    grids: tuple[Grid, ...]
+    def __init__(self, solve: Callable[[], tuple[Grid, ...]]) -> None:
+        self._solve = solve
 
     @classmethod
     def even(cls, lux: float) -> "Ambient":
         """Return one that is the same everywhere."""
-        return cls((Grid(Rectangle(np.zeros(2), np.ones(2)), np.full((2, 2), lux)),))
+        return cls(lambda: (Grid(Rectangle(np.zeros(2), np.ones(2)), np.full((2, 2), lux)),))
+
+    @cached_property
+    def grids(self) -> tuple[Grid, ...]:
+        """The illuminances over all the ground."""
+        return self._solve()
 
     def at(self, point: ArrayLike) -> float:
         """Illuminance that the image light should give [lx] for a camera at ``point``, (2,) or (3,) [m]."""
@@ -66,15 +72,17 @@ Measure = Callable[[Cards], Floats]
 
 
 def ambient(plan: FloorPlan, measure: Measure, spots: tuple[Spot, ...]) -> Ambient:
-    """Measure the image light over all the ground between the walls."""
+    """Measure the image light over all the ground between the walls, when it is asked for."""
+    return Ambient(partial(_measured, plan, measure, spots))
+
+
+def _measured(plan: FloorPlan, measure: Measure, spots: tuple[Spot, ...]) -> tuple[Grid, ...]:
     areas = rectangles(plan)
     nodes = [_nodes(_within(areas, area)) for area in areas]
     lux = left_over(measure, spots, np.concatenate([points.reshape(-1, 3) for _, points in nodes]))
     ends = np.cumsum([points.shape[0] * points.shape[1] for _, points in nodes])[:-1]
     parts = np.split(lux, ends)
-    return Ambient(
-        tuple(Grid(area, part.reshape(points.shape[:2])) for (area, points), part in zip(nodes, parts, strict=True))
-    )
+    return tuple(Grid(area, part.reshape(points.shape[:2])) for (area, points), part in zip(nodes, parts, strict=True))
 
 
 def left_over(measure: Measure, spots: tuple[Spot, ...], points: Floats) -> Floats:

@@ -30,6 +30,10 @@ from refseq_bench.worlds.plans.schema import FloorPlan, Material, Wall
 
 FAINTEST = 0.01
 """Windows of less intensity than this [cd] are left out."""
+UNASKED = 30.0
+"""Luminance of the light between the walls [cd/m²] until a renderer is told that of a place; a choice: as by day.
+
+That one is slow to work out, and most renderers never ask."""
 BACKDROP = 20.0
 """Distance of the picture outside from the wall [m]."""
 OVERHANG = 70.0
@@ -45,8 +49,8 @@ SKY_HEIGHT = 120.0
 def illuminate(site: Site, plan: FloorPlan, numbers: Photometry, measure: Measure | None) -> Ambient:
     """Add the sun, the windows, the lamps, the light between the walls and the picture outside.
 
-    ``measure`` tells all light but the direct sun; without it there is none between the walls. Returns that light by
-    place: the world starts with what there is at its first route's start.
+    ``measure`` tells all light but the direct sun, once that is asked for; without it there is none between the walls.
+    Returns that light by place.
     """
     site.spec.visual.quality.shadowsize = 1024
     sun = transmission(plan) * numbers.outdoors.direct
@@ -56,18 +60,12 @@ def illuminate(site: Site, plan: FloorPlan, numbers: Photometry, measure: Measur
         return illuminate_open_air(site, plan, numbers)
     shining = spots(plan, numbers)
     around = ambient(plan, measure, shining) if measure else Ambient.even(0.0)
-    add_image_light(site, "between_walls", (255,) * 6, around.at(_start(plan)) / np.pi)
+    add_image_light(site, "between_walls", (255,) * 6, UNASKED if measure else 0.0)
     for spot in shining:
         _spot(site, spot)
     _lamps(site, plan, numbers)
     _outside(site, plan, numbers)
     return around
-
-
-def _start(plan: FloorPlan) -> np.ndarray:
-    """The first route's first point, or the middle of a plan without routes, (2,) [m]."""
-    low, high = plan.bounds
-    return np.array(next((points[0] for points in plan.routes.values()), (low + high) / 2))
 
 
 def _spot(site: Site, spot: Spot) -> None:

@@ -1,5 +1,6 @@
 """Luminance by OpenGL, where the light on all that stands still is looked up, and only the sun's shadow is drawn."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -126,7 +127,7 @@ class BakedRenderer(Closing):
         self._moving.draw(self._pictures, self._moving.all)
         return target.read()
 
-    def light_around(self, illuminance: float) -> None:
+    def light_around(self, illuminance: Callable[[], float]) -> None:
         """See ``Renderer``: here each place has its own light, which stays as it is."""
 
     def close(self) -> None:

@@ -1,5 +1,6 @@
 import json
 import math
+from collections.abc import Callable
 from itertools import pairwise
 
 import mujoco
@@ -8,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import refseq_bench.sim.bench.bench
+import refseq_bench.worlds.build
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench import robots
@@ -24,7 +26,9 @@ from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.cameras.sensor import Sensor
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import Trigger, describe
+from refseq_bench.sim.envs.episodes.pixels import square_camera
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.drivers import gl_backend
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.laser import LaserModel
 from refseq_bench.worlds.build import World, build_world
@@ -256,8 +260,8 @@ class Lamp:
         picture[:, : width // 2 if self.edge else 0] *= 0.2
         return picture
 
-    def light_around(self, illuminance: float) -> None:
-        self.around.append(illuminance)
+    def light_around(self, illuminance: Callable[[], float]) -> None:
+        self.around.append(illuminance())
 
     def close(self) -> None:
         self.closed = True
@@ -298,6 +302,23 @@ def test_the_light_from_all_sides_is_that_of_the_place(lamp: Lamp) -> None:
             bench.sense()
             assert lamp.around[-1] == world.ambient.at(bench.data.camera("robuter/camera-1").xpos)
     assert 0.0 < lamp.around[0] < lamp.around[1]
+
+
+@pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
+@pytest.mark.parametrize("kind", [RendererKind.BAKED, RendererKind.CLASSIC])
+def test_light_that_a_renderer_does_not_read_is_not_worked_out(
+    kind: RendererKind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It takes up to 1.5 s of the processor."""
+
+    def never(*_: object) -> None:
+        raise AssertionError("somebody asked")
+
+    monkeypatch.setattr(refseq_bench.worlds.build, "Meter", never)
+    world = build_world(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
+    settings = BenchSettings(kind, cameras=("camera-1",), camera_models={"camera-1": square_camera(CameraModel(), 16)})
+    with bench_in(world, settings=settings) as bench:
+        assert bench.sense().images["camera-1"].shape == (16, 16)
 
 
 def test_who_draws_by_another_renderer_gives_the_first_one_back(corridor: World, lamp: Lamp) -> None:

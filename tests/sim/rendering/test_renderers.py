@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -105,7 +106,7 @@ def test_light_from_all_sides_gives_what_is_asked_for() -> None:
     mujoco.mj_forward(model, data)
     with open_renderer(RendererKind.FILAMENT, model) as renderer:
         for lux in (50.0, 400.0):
-            renderer.light_around(lux)
+            renderer.light_around(partial(float, lux))
             assert centre(renderer.radiance(data, "down", 160, 120)) == pytest.approx(lux * ALBEDO / np.pi, rel=0.02)
     assert model.light_intensity.tolist() == [1.0]
 

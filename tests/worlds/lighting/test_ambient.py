@@ -1,9 +1,9 @@
 from collections.abc import Callable
 
-import mujoco
 import numpy as np
 import pytest
 
+import refseq_bench.worlds.build
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.lighting.ambient import AXES, CLEARANCE, EYE, Ambient, ambient
@@ -56,9 +56,22 @@ def test_light_of_the_same_size_everywhere() -> None:
     assert isinstance(even.grids[0].area, Rectangle)
 
 
-def test_a_world_starts_with_the_light_at_its_first_routes_start(hallway: World) -> None:
-    image = next(x for x in hallway.spec.lights if x.type == mujoco.mjtLightType.mjLIGHT_IMAGE)
-    assert image.intensity * np.pi == pytest.approx(hallway.ambient.at(hallway.routes["forward"][0]), rel=1e-5)
+def test_it_is_worked_out_once_and_only_for_who_asks(
+    small: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    class Counted(Meter):
+        def for_camera(self, cards: Cards) -> Floats:
+            asked.append(cards)
+            return super().for_camera(cards)
+
+    monkeypatch.setattr(refseq_bench.worlds.build, "Meter", Counted)
+    world = build_world(parse_plan(small()), light_named("16:00"))
+    world.spec.compile()
+    assert not asked
+    assert world.ambient.at((1, 0)) == world.ambient.at((1, 0))
+    assert len(asked) == 1
 
 
 def test_same_plan_same_light(small: Callable[..., str]) -> None:

@@ -1,3 +1,5 @@
+from functools import partial
+
 import mujoco
 import numpy as np
 import pytest
@@ -89,6 +91,6 @@ def test_rendered_cards_are_nearly_as_bright_as_the_meter_says(hallway: World) -
     meter = Meter(hallway.plan, hallway.light)
     with open_renderer("filament", model) as renderer:
         for name, (point, normal) in CARDS.items():
-            renderer.light_around(hallway.ambient.at((point[0], 0.0)))
+            renderer.light_around(partial(hallway.ambient.at, (point[0], 0.0)))
             luminance = float(np.median(renderer.radiance(data, name, 32, 24)))
             assert luminance * np.pi / RHO == pytest.approx(meter.read(point, normal).total, rel=0.2), name
