@@ -1,6 +1,7 @@
 """The parts of what makes an overlap, against what can be counted out."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.atlas.alignment import Alignment
+from refseq.atlas.alignment import Alignment, align
 from refseq.atlas.overlap import (
     SHORT_JOINS,
     LaidViews,
@@ -18,6 +19,7 @@ from refseq.atlas.overlap import (
     PairJudge,
     PairSearch,
     most_beyond,
+    stretches,
     told_by,
 )
 from refseq.atlas.similarity import Translation, translated, view_similarity
@@ -105,6 +107,48 @@ def test_a_frame_shows_what_the_places_hardly_tell() -> None:
     assert found.doubt
     assert search.beside(laid, aside) == []
     assert search.beside(laid, laid, [found.pairs]) == []
+
+
+def test_a_frame_tells_the_less_the_less_sure_it_is() -> None:
+    """At no distance by the logarithm of a variance: of 0.8² m², and with 0.4² m² more on either side."""
+    one, other = (TOWN.learnt([("A", 0, 30)], seed, BEST) for seed in (1, 2))
+    search = PairSearch(one, other, SHORT_JOINS)
+    poses = np.column_stack([one.along, np.zeros((30, 2))])
+    (sure,), (vague,) = (
+        search.beside(laid, laid) for laid in (LaidViews(poses, np.full(30, sigma)) for sigma in (0.0, 0.4))
+    )
+    assert np.array_equal(sure.pairs, vague.pairs)
+    assert (np.diff(sure.pairs, axis=1) == 0).all()
+    lost = (sure.evidence - vague.evidence) / (sum(sure.lengths) / 2)
+    assert lost == pytest.approx(np.log((0.8**2 + 2 * 0.4**2) / 0.8**2))
+
+
+def test_a_stretch_ends_where_a_path_turns_back_or_goes_on_without_pairs() -> None:
+    """Metres along either path; 3 m are bridged."""
+    metres = np.arange(20.0)
+    runs = {
+        "goes on": [[(0, 5), (1, 6), (4, 6), (5, 9)]],
+        "turns back": [[(0, 5), (1, 6)], [(2, 4), (3, 5)]],
+        "a gap in the one": [[(0, 5), (1, 6)], [(5, 7)]],
+        "a gap in the other": [[(0, 5), (1, 6)], [(2, 10)]],
+    }
+    for name, expected in runs.items():
+        pairs = np.array([pair for run in expected for pair in run])
+        found = stretches(pairs, metres, metres, 3.0)
+        assert [[tuple(pair) for pair in run.tolist()] for run in found] == expected, name
+    assert stretches(np.zeros((0, 2), int), metres, metres, 3.0) == []
+
+
+def test_views_behind_the_end_of_a_path_are_not_on_it() -> None:
+    """Whatever the profile says of ends: the other path goes on for 10 m more, where all places are as likely."""
+    path = TOWN.learnt([("A", 0, 20)], 1, replace(BEST, chain=replace(BEST.chain, exit_at_ends=False)))
+    likelihoods = np.concatenate([np.full((20, 20), 0.1 / 19) + np.eye(20) * 0.9, np.full((10, 20), 0.05)])
+    views = [Measurement(one, 1.0, Timings(), log_ratio=np.log(20 * one)) for one in likelihoods]
+    translation: Any = SimpleNamespace(to=path, measurements=lambda: iter(views))
+    found = align(translation)
+    assert found.places[:20].tolist() == list(range(20))
+    assert (found.on[:20] > 0.9).all()
+    assert (found.on[23:] < 0.5).all()
 
 
 def beside(one: np.ndarray, other: np.ndarray) -> np.ndarray:
