@@ -252,6 +252,25 @@ def test_a_view_that_tells_more_is_blind_once(pairs: list[tuple[float, float]], 
     )
 
 
+@pytest.mark.parametrize(
+    ("caps", "views", "scores"), [({}, K, K * K), ({"views": 25}, 25, K * K), ({"scores": 900}, K, 900)]
+)
+def test_views_and_scores_are_no_more_than_is_asked_for(
+    caps: dict[str, float], views: int, scores: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    plain = Detection.log_ratios
+
+    def noted(*given: object, **named: object) -> np.ndarray:
+        found.append(plain(*given, **named))
+        return found[-1]
+
+    monkeypatch.setattr(Detection, "log_ratios", noted)
+    model_of(drive(4), **caps)
+    assert len(found) == views
+    assert 0.5 * min(scores, views * K) < sum(map(len, found)) <= scores
+
+
 def test_fewer_views_and_scores_give_much_the_same() -> None:
     seen = drive(4)
     query = shown(seen[33])
