@@ -289,6 +289,7 @@ def test_every_page_is_on_the_site(site):
 @pytest.mark.slow
 def test_links_of_the_site_lead_to_what_is_there(site):
     read = {path: Reader(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
+    assert site / "index.html" in read
     broken = []
     for path, page in read.items():
         if path.name == "404.html":  # its links begin at the server's root
@@ -306,7 +307,9 @@ def test_links_of_the_site_lead_to_what_is_there(site):
 
 @pytest.mark.slow
 def test_the_site_loads_nothing_from_elsewhere(site):
-    for path in site.rglob("*.html"):
+    pages = list(site.rglob("*.html"))
+    assert site / "index.html" in pages
+    for path in pages:
         loaded = Reader(path.read_text(encoding="utf-8")).loaded
         assert [one for one in loaded if urlsplit(one).scheme not in {"", "data"} or one.startswith("//")] == []
     for style in site.rglob("*.css"):

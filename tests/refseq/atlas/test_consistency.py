@@ -1,5 +1,6 @@
 """Joins that agree, against all subsets of few joins, and against paths through a building whose truth is known."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise, permutations
 
@@ -205,3 +206,88 @@ def test_a_loop_that_stands_supports_one_a_little_further_on() -> None:
     # Odometry since tells less and less; the next loop tells it again.
     assert JoinGraph([LAPS_TRACK], [sure, far], settings).verdicts()[1] is Verdict.UNSUPPORTED
     assert JoinGraph([LAPS_TRACK], [sure, near, far], settings).verdicts() == (Verdict.AGREES,) * 3
+
+
+def test_a_join_costs_twice_its_new_evidence() -> None:
+    """Of 30 nats·m there are 15 nats, news each 2 m, or 10, each 3 m; squared errors are twice a log-likelihood."""
+    join = wrong(0, 0, 1, 0, evidence=30.0)
+    assert JoinGraph(TRACKS, [join]).price(0) == 30.0
+    assert JoinGraph(TRACKS, [join], ConsistencySettings(news=3.0)).price(0) == 20.0
+
+
+STRAIGHT = walked([(0, 0), (41, 0)])
+"""A view a metre, 40 m."""
+VARIANCE = 2 * 0.8**2 + 2 * 0.1**2 * 30 + 2 * (0.05 * 30) ** 2
+"""Variance of a loop of two joins, 30 m apart on two straight paths [m²]: of the joins, of slip and of scale."""
+
+
+def at_odds(
+    off: float, spots: Sequence[int] = (30,), aside: float = 0.0, track: NDArray[np.float64] = STRAIGHT, **how: float
+) -> JoinGraph:
+    """Two paths that begin at one place, and a doubtful join that has one ``off`` [m] further on by then, or aside."""
+    begin = LaidPairs(np.array([[0, 0]]), np.zeros((1, 3)))
+    later = LaidPairs(np.column_stack([spots, spots]), np.tile([off, aside, 0.0], (len(spots), 1)))
+    sure = CandidateJoin(0, 1, begin.views, evidence=99.0, laid=begin)
+    doubtful = CandidateJoin(0, 1, later.views, evidence=8.0, alone=False, laid=later)
+    return JoinGraph([track, track], [sure, doubtful], ConsistencySettings(**how))
+
+
+def test_strain_is_the_error_of_a_loop_over_its_variance_and_price() -> None:
+    for off in (0.5, 1.0):
+        assert at_odds(off).strain(1, [0, 1]) == pytest.approx(off**2 / VARIANCE / 8.0, rel=0.02)
+
+
+@pytest.mark.parametrize("looks", [0, 2])
+def test_heading_that_drifts_on_the_way_and_in_turns_lets_a_path_come_out_aside(looks: int) -> None:
+    """Errors of a loop that ends aside, with its covariance written out; it looks round on the spot at 5 m."""
+    look = np.tile([[5.0, 0, 1.5], [5.0, 0, 0]], (looks, 1))
+    track = np.concatenate([STRAIGHT[:6], look, STRAIGHT[6:]])
+    joint, slip = np.square((0.8, 0.15)), 0.1**2 * 30
+    heading = 0.02**2 * 30 + 0.05**2 * 3 * looks
+    aside = slip + heading * 30**2 / 3
+    # A heading that is off by so much where the paths begin is 30 m further on off by 30 times as many metres.
+    covariance = np.array(
+        [[2 * joint[0] + 30**2 * joint[1] + 2 * aside, 30 * joint[1]], [30 * joint[1], 2 * joint[1] + 2 * heading]]
+    )
+    errors = 0.5**2 * np.linalg.inv(covariance)[0, 0]
+    graph = at_odds(0.0, (30 + 2 * looks,), aside=0.5, track=track)
+    assert graph.strain(1, [0, 1]) * graph.price(1) == pytest.approx(errors, rel=0.01)
+
+
+@pytest.mark.parametrize(("doubt", "verdict"), [(0.5, Verdict.CONTRADICTED), (0.9, Verdict.AGREES)])
+def test_a_doubtful_join_may_be_strained_by_a_share_of_its_price(doubt: float, verdict: Verdict) -> None:
+    """A loop fails by 6 m: squared errors of about 5.6, of a price of 8."""
+    graph = at_odds(6.0, doubt=doubt)
+    assert graph.strain(1, [0, 1]) == pytest.approx(0.7, abs=0.1)
+    assert graph.verdicts() == (Verdict.AGREES, verdict)
+
+
+def test_a_join_of_more_relative_poses_may_add_more_errors() -> None:
+    """Errors of about 11, where one relative pose may add 7.8."""
+    assert at_odds(8.5).is_strained(1, [0, 1])
+    assert not at_odds(8.5, (28, 32)).is_strained(1, [0, 1])
+    assert not at_odds(8.5, likely=15.0).is_strained(1, [0, 1])
+    assert at_odds(8.5, (28, 32), likely=4.0).is_strained(1, [0, 1])
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_uncertainty_is_the_spread_of_many_walks(turn: float) -> None:
+    """Walks of 40 m whose odometer drifts at each metre: where they end, and half-way where the end is known."""
+    settings, rng = ConsistencySettings(), np.random.default_rng(3)
+    drift = np.hypot(settings.drift, settings.turning * np.sqrt(turn))
+    turns = np.tile([turn, -turn], 20)
+    headings = np.cumsum(turns + rng.normal(scale=drift, size=(4000, 40)), axis=1)
+    steps = 1 + rng.normal(scale=settings.slip, size=(4000, 40))
+    x, y = np.cumsum(steps * np.cos(headings), axis=1), np.cumsum(steps * np.sin(headings), axis=1)
+    end = np.column_stack([x[:, -1], y[:, -1], headings[:, -1], np.ones(4000)])
+    middle = np.column_stack([x[:, 19], y[:, 19]])
+    unexplained = middle - end @ np.linalg.lstsq(end, middle, rcond=None)[0]
+
+    way = [np.zeros(3)]
+    for one in turns:
+        way.append(moved(moved(way[-1], (0.0, 0.0, one)), (1.0, 0.0, 0.0)))
+    joins = [CandidateJoin(0, 1, np.array([[at, at]]), evidence=30.0) for at in (0, 40)]
+    free, held = (JoinGraph([np.array(way)] * 2, some).layout(range(len(some))) for some in (joins[:1], joins))
+    assert free.sigmas[0][-1] == pytest.approx(np.hypot(*end[:, :2].std(axis=0)), rel=0.06)
+    assert held.sigmas[0][20] == pytest.approx(np.hypot(*unexplained.std(axis=0)), rel=0.06)
+    assert held.sigmas[0][[0, -1]] == pytest.approx([0, 0])

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.loops import NEVER, elsewhere
+from refseq.atlas.loops import NEVER, OwnTranslation, elsewhere
 from refseq.atlas.merge import merge_maps
 from refseq.atlas.routes import CHANGE, place_of, shortest_route
+from refseq.atlas.similarity import translated
 from refseq.belief import Stage, Timings
 from refseq.dead_reckoning import dead_reckoned
 from refseq.map.localiser import localise, smoothed
@@ -177,6 +178,14 @@ def test_a_view_is_elsewhere_as_likely_as_before_by_ratio(weights: list[float], 
         assert found.log_ratio is not None
         np.testing.assert_array_equal(found.log_ratio[near], np.full(near.sum(), NEVER))
         np.testing.assert_array_equal(found.log_ratio[~near], np.log(likelihood)[~near])
+
+
+def test_a_place_is_not_looked_for_nearer_along_its_path_than_a_loop_is_long() -> None:
+    sequence = bits_sequence(driven(STRAIGHT, 1), BEST)
+    own = translated(sequence, sequence)
+    found = list(OwnTranslation(own.columns, own.distances, own.to, 10.0).measurements())
+    never = np.array([one.log_ratio for one in found]) == NEVER
+    np.testing.assert_array_equal(never, np.abs(np.subtract.outer(sequence.along, sequence.along)) < 10.0)
 
 
 def test_a_route_leaves_the_round_out() -> None:

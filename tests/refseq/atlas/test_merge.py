@@ -14,7 +14,7 @@ from refseq.errors import MapError
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS, Profile
 from refseq.map.sequence import ReferenceSequence
-from tests.refseq.rooms import bits_sequence, named_maps
+from tests.refseq.rooms import bits_drive, bits_sequence, named_maps
 from tests.refseq.walks import Leg, Town, apart
 
 TOWN = Town()
@@ -238,6 +238,23 @@ def test_a_person_has_the_last_word() -> None:
     merged = merge_maps(named_maps(["a", "b"], walks), confirm=refuse)
     assert [decision.why for decision in merged.decisions] == ["a person says no"]
     assert_same(merged.map, beside(named_maps(["a", "b"], walks)))
+
+
+@pytest.mark.parametrize("even", ["a", "z"])
+def test_a_wish_lays_its_stretches_beside_each_other_by_their_lengths(even: str) -> None:
+    """Views a metre apart, and as many that crowd at the beginning of as long a way: each goes to the nearest one."""
+    ways = {even: np.arange(11.0), "m": np.array([0, 0.2, 0.4, 0.6, 0.8, 1, 1.2, 1.4, 2, 6.2, 10])}
+    seen = iter(np.eye(22, dtype=bool).reshape(2, 11, 22))  # nothing twice
+    walks = [
+        bits_sequence(bits_drive({"camera": next(seen)}, np.diff(way, prepend=0.0).tolist()), BEST)
+        for way in ways.values()
+    ]
+    wish = Decision(even, "m", (0, 10), (0, 10), (10.0, 10.0), joined=True, why="told")
+    merged = merge_maps(named_maps(list(ways), walks), wishes=[wish])
+    (found,) = merged.found
+    # Of paths of equally many places the first by name keeps its own.
+    keeps, gives = (ways[name] for name in sorted(ways))
+    assert found.views.tolist() == [[n, int(np.argmin(np.abs(gives - at)))] for n, at in enumerate(keeps)]
 
 
 def test_short_stretches_are_objected_to() -> None:

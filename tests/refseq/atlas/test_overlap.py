@@ -1,13 +1,27 @@
 """The parts of what makes an overlap, against what can be counted out."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.atlas.overlap import SHORT_JOINS, LaidViews, OverlapSettings, PairSearch, most_beyond, told_by
+from refseq.atlas.alignment import Alignment, align
+from refseq.atlas.overlap import (
+    SHORT_JOINS,
+    LaidViews,
+    Overlap,
+    OverlapSettings,
+    PairJudge,
+    PairSearch,
+    most_beyond,
+    stretches,
+    told_by,
+)
 from refseq.atlas.similarity import Translation, translated, view_similarity
 from refseq.belief import Timings
 from refseq.errors import MapError
@@ -93,3 +107,119 @@ def test_a_frame_shows_what_the_places_hardly_tell() -> None:
     assert found.doubt
     assert search.beside(laid, aside) == []
     assert search.beside(laid, laid, [found.pairs]) == []
+
+
+def test_a_frame_tells_the_less_the_less_sure_it_is() -> None:
+    """At no distance by the logarithm of a variance: of 0.8² m², and with 0.4² m² more on either side."""
+    one, other = (TOWN.learnt([("A", 0, 30)], seed, BEST) for seed in (1, 2))
+    search = PairSearch(one, other, SHORT_JOINS)
+    poses = np.column_stack([one.along, np.zeros((30, 2))])
+    (sure,), (vague,) = (
+        search.beside(laid, laid) for laid in (LaidViews(poses, np.full(30, sigma)) for sigma in (0.0, 0.4))
+    )
+    assert np.array_equal(sure.pairs, vague.pairs)
+    assert (np.diff(sure.pairs, axis=1) == 0).all()
+    lost = (sure.evidence - vague.evidence) / (sum(sure.lengths) / 2)
+    assert lost == pytest.approx(np.log((0.8**2 + 2 * 0.4**2) / 0.8**2))
+
+
+def test_a_stretch_ends_where_a_path_turns_back_or_goes_on_without_pairs() -> None:
+    """Metres along either path; 3 m are bridged."""
+    metres = np.arange(20.0)
+    runs = {
+        "goes on": [[(0, 5), (1, 6), (4, 6), (5, 9)]],
+        "turns back": [[(0, 5), (1, 6)], [(2, 4), (3, 5)]],
+        "a gap in the one": [[(0, 5), (1, 6)], [(5, 7)]],
+        "a gap in the other": [[(0, 5), (1, 6)], [(2, 10)]],
+    }
+    for name, expected in runs.items():
+        pairs = np.array([pair for run in expected for pair in run])
+        found = stretches(pairs, metres, metres, 3.0)
+        assert [[tuple(pair) for pair in run.tolist()] for run in found] == expected, name
+    assert stretches(np.zeros((0, 2), int), metres, metres, 3.0) == []
+
+
+def test_views_behind_the_end_of_a_path_are_not_on_it() -> None:
+    """Whatever the profile says of ends: the other path goes on for 10 m more, where all places are as likely."""
+    path = TOWN.learnt([("A", 0, 20)], 1, replace(BEST, chain=replace(BEST.chain, exit_at_ends=False)))
+    likelihoods = np.concatenate([np.full((20, 20), 0.1 / 19) + np.eye(20) * 0.9, np.full((10, 20), 0.05)])
+    views = [Measurement(one, 1.0, Timings(), log_ratio=np.log(20 * one)) for one in likelihoods]
+    translation: Any = SimpleNamespace(to=path, measurements=lambda: iter(views))
+    found = align(translation)
+    assert found.places[:20].tolist() == list(range(20))
+    assert (found.on[:20] > 0.9).all()
+    assert (found.on[23:] < 0.5).all()
+
+
+def beside(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Pairs of views of one path and of the other, (n, 2)."""
+    return np.column_stack([one, other]).round().astype(int)
+
+
+def judged(
+    pairs: np.ndarray, there: float = 1.0, back: float = 1.0, camera: float = 3.0, laser: float = 3.0
+) -> Overlap:
+    """An overlap of two paths with a view a metre, on each other as probably as ``there`` and ``back`` say.
+
+    ``camera`` and ``laser`` tell so much for each view [nats].
+    """
+    path: Any = SimpleNamespace(along=np.arange(60.0), sensors={"camera", "laser"})
+    ways = [Alignment(np.arange(60), np.full(60, on), np.full((60, 60), camera)) for on in (there, back)]
+    told = {"camera": camera, "laser": laser}
+    judge = PairJudge(path, path, *ways, lambda sensor, some: np.full(len(some), told[sensor]), OverlapSettings())
+    return judge.overlap(pairs)
+
+
+LONG, MIDDLING, SHORT = (beside(np.arange(n), np.arange(n)) for n in (20, 11, 5))
+"""Stretches of 19 m, 10 m and 4 m."""
+
+
+@pytest.mark.parametrize(
+    "judging",
+    [
+        lambda: judged(LONG),
+        lambda: judged(MIDDLING, camera=1.75),
+        lambda: judged(LONG, laser=0.0),
+        lambda: judged(LONG, there=0.96),
+    ],
+    ids=["long", "17.5 nats·m", "without the laser", "surely enough"],
+)
+def test_an_overlap_that_the_witnesses_tell_of_stands_by_itself(judging: Callable[[], Overlap]) -> None:
+    found = judging()
+    assert (found.objection, found.doubt) == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("judging", "doubt"),
+    [
+        (lambda: judged(SHORT), "only 4.0 m long; valid is 5 m"),
+        (lambda: judged(LONG, back=0.9), "on each other with probability 0.9000 only; valid is 0.95"),
+        (lambda: judged(LONG, there=0.9), "on each other with probability 0.9000 only; valid is 0.95"),
+        (lambda: judged(MIDDLING, camera=1.3), "told of by 13.0 nats·m only; valid is 17"),
+        (lambda: judged(LONG, camera=1.2), "told of by 1.20 nats a view only; valid is 1.25"),
+    ],
+)
+def test_an_overlap_below_a_bar_is_doubtful(judging: Callable[[], Overlap], doubt: str) -> None:
+    """The bars of docs/atlas.md, one by one; the laser tells much each time and is no witness beside a camera."""
+    found = judging()
+    assert (found.objection, found.doubt) == ("", doubt)
+
+
+@pytest.mark.parametrize(
+    ("judging", "objection"),
+    [
+        (lambda: judged(SHORT[:3]), "only 2.0 m long; valid is 3 m"),
+        (lambda: judged(LONG, back=0.7), "on each other with probability 0.7000 only; valid is 0.75"),
+        (lambda: judged(LONG, there=0.7), "on each other with probability 0.7000 only; valid is 0.75"),
+        (lambda: judged(LONG[::2]), "only 53% of the views lead to each other; valid is 60%"),
+        (
+            # 11 of 18 views of the one are enough, 11 of 23 of the other are not.
+            lambda: judged(beside(np.linspace(0, 17, 11), np.linspace(0, 22, 11))),
+            "only 48% of the views lead to each other; valid is 60%",
+        ),
+        (lambda: judged(beside(np.arange(8), np.arange(8) * 2)), "7.0 m beside 14.0 m: not the same way"),
+        (lambda: judged(LONG, camera=0.2), "only 0.0 m of it tell anything: camera 0.20, laser 3.00 nats a view"),
+    ],
+)
+def test_a_stretch_that_is_no_overlap_is_objected_to(judging: Callable[[], Overlap], objection: str) -> None:
+    assert judging().objection == objection

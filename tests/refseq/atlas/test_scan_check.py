@@ -39,11 +39,16 @@ def mapped(name: str, walls: list[Wall]) -> Map:
     return Map.of(replace(bits_sequence(views), odometry=TRACK), name, scans=scans)
 
 
-def checked(walls: list[Wall], pairs: NDArray[np.intp], nats: float) -> FoundOverlap:
-    """An overlap of a drive past the corridor's walls and one past others, told of by so many ``nats`` a view."""
+def checked(
+    walls: list[Wall], pairs: NDArray[np.intp], nats: float, doubt: str = "", more: float = 0.0
+) -> FoundOverlap:
+    """An overlap of a drive past the corridor's walls and one past others, told of by so many ``nats`` a view.
+
+    It was found ``doubt``ful, and so much longer [m] than its pairs are.
+    """
     both = beside([mapped("one", CORRIDOR), mapped("other", walls)])
-    length = float(np.ptp(pairs[:, 0]))
-    overlap = Overlap(pairs, (length, length), {"laser": nats}, evidence=nats * length)
+    length = float(np.ptp(pairs[:, 0])) + more
+    overlap = Overlap(pairs, (length, length), {"laser": nats}, doubt=doubt, evidence=nats * length)
     return ScanCheck(both, [TRACK, TRACK], OverlapSettings()).checked(FoundOverlap(0, 1, pairs, overlap))
 
 
@@ -51,6 +56,20 @@ def test_the_same_walls_raise_no_doubt() -> None:
     found = checked(CORRIDOR, HELD, 1.5).overlap
     assert (found.objection, found.doubt) == ("", "")
     assert found.alike == pytest.approx(1.0, abs=0.005)
+
+
+@pytest.mark.parametrize(("nats", "left"), [(30 / 24, ""), (20 / 24, "short")])
+def test_scans_that_are_alike_to_the_last_beam_take_all_doubt_from_enough_evidence(nats: float, left: str) -> None:
+    """Of 25 nats·m or more, over 24 m."""
+    assert checked(CORRIDOR, HELD, nats, doubt="short").overlap.doubt == left
+
+
+def test_what_scans_do_not_hold_tells_nothing() -> None:
+    """Of 48 m they hold 24: half of the evidence, which is too little to take the doubt."""
+    whole, half = checked(CORRIDOR, HELD, 2.0).overlap, checked(CORRIDOR, HELD, 1.0, doubt="short", more=24.0).overlap
+    assert (whole.lengths, half.lengths) == ((24.0, 24.0), (24.0, 24.0))
+    assert (whole.evidence, half.evidence) == pytest.approx((48.0, 24.0))
+    assert half.doubt == "short"
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,15 @@ def test_a_gap_is_not_bridged() -> None:
     assert np.isnan(found[:, 0]).tolist() == [False, False, True, False]
 
 
+def test_poses_that_are_always_seconds_apart_leave_no_gap() -> None:
+    """A gap is ten times the usual step and more."""
+    times = np.array([0.0, 2.0, 4.0, 6.0, 25.0, 27.0, 48.0])
+    way = Trajectory.of(times, [Pose(time, 0, 0) for time in times])
+    found = way.at([1.0, 3.0, 15.0, 37.0], reach=0.1)[:, 0]
+    assert found[:3].tolist() == [1.0, 3.0, 15.0]
+    assert np.isnan(found[3])
+
+
 def test_poses_out_of_order_are_sorted_and_of_one_stamp_the_last_counts() -> None:
     way = Trajectory.of([3.0, 1.0, 2.0, 1.0], [Pose(3, 0, 0), Pose(0, 0, 0), Pose(2, 0, 0), Pose(1, 0, 0)])
     assert way.times.tolist() == way.poses[:, 0].tolist() == [1.0, 2.0, 3.0]

@@ -175,10 +175,11 @@ def test_all_that_is_expected_is_expected_of_methods_that_run() -> None:
 
 
 def test_a_claim_between_methods_that_blocks_is_made_over_five_seeds_where_the_thesis_has_figures() -> None:
-    for one in cases():
-        if "table" in one.scenario.tags:
-            assert len(one.scenario.seeds) >= 5
-            assert all(each.seeds >= 5 for each in one.expectations)
+    held = [one for one in cases() if "table" in one.scenario.tags]
+    assert any(one.expectations for one in held)
+    for one in held:
+        assert len(one.scenario.seeds) >= 5
+        assert all(each.seeds >= 5 for each in one.expectations)
 
 
 # --- the drives ---
@@ -233,13 +234,14 @@ def test_every_fault_lies_on_the_stretch_that_is_driven() -> None:
 
 def test_a_stretch_of_the_map_that_is_learnt_is_one_that_any_drive_has() -> None:
     """Views come every trigger's distance and up to a control period later."""
-    for one in cases():
-        if one.scenario.places and isinstance(one.scenario.reference, DriveTable):
-            reference = one.sources(1)[0]
-            assert isinstance(reference, Drive)
-            assert reference.trigger.distance is not None
-            fewest = int(check_route(reference) / (reference.trigger.distance + 0.03))
-            stretch(one.scenario.places, fewest, one.file)
+    learning = [one for one in cases() if one.scenario.places and isinstance(one.scenario.reference, DriveTable)]
+    assert learning
+    for one in learning:
+        reference = one.sources(1)[0]
+        assert isinstance(reference, Drive)
+        assert reference.trigger.distance is not None
+        fewest = int(check_route(reference) / (reference.trigger.distance + 0.03))
+        stretch(one.scenario.places, fewest, one.file)
 
 
 @pytest.mark.parametrize("name", ["off-the-map", "onto-the-map"])

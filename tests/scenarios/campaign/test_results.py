@@ -1,5 +1,6 @@
 import errno
 import fcntl
+import html
 import json
 import math
 import os
@@ -142,7 +143,9 @@ def test_page_holds_every_figure_and_every_expectation(done: Judged, filled: Pat
 
 
 def test_pages_need_nothing_from_elsewhere(filled: Path) -> None:
-    for path in filled.rglob("*.html"):
+    pages = list(filled.rglob("*.html"))
+    assert filled / "made" / "report.html" in pages
+    for path in pages:
         text = path.read_text()
         page = Page(text)
         assert page.open == []
@@ -172,6 +175,7 @@ def test_frames_of_the_worst_failures_are_read_from_the_store(home: Path, done: 
 def test_resolved_text_from_outside_is_escaped(filled: Path) -> None:
     for path in filled.rglob("*.html"):
         assert "<by>" not in path.read_text()
+    assert '"title": "Made <by> rule & kept"' in html.unescape((filled / "made" / "report.html").read_text())
 
 
 # --- JUnit ---

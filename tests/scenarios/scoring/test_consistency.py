@@ -122,13 +122,34 @@ def test_a_robot_that_reverses_goes_back_along_the_map() -> None:
     assert found.fit.slope == pytest.approx(1.0)
 
 
+def test_slope_and_residual_of_four_answers_by_hand() -> None:
+    """Places 0, 1, 3, 3 m at ways 0, 1, 2, 3 m: sums around the means of 5, 5.5 and 6.75 m²."""
+    fit = of([0, 1, 3, 3], step=1.0, learnt=1.0).fit
+    assert fit.slope == pytest.approx(5.5 / 5)
+    assert fit.residual == pytest.approx(math.sqrt((6.75 - 5.5**2 / 5) / 4))
+
+
+def test_a_robot_has_travelled_its_ways_back_too_and_those_while_it_said_lost() -> None:
+    query = [View(float(t), distance=step) for t, step in enumerate([0.0, 1.0, -1.0, 1.0, -1.0])]
+    answers = given_answers(replace(told([5] * 5, lost=[1, 3]), query_views=query), "one")
+    assert answers.views.tolist() == [0, 2, 4]
+    assert answers.travelled.tolist() == [0.0, 2.0, 4.0]
+    assert answers.odometer.tolist() == [0.0, 0.0, 0.0]
+
+
+# Mostly on by a place or so, as answers do, so that runs are long; now and then far off.
+steps_of_places = st.sampled_from([-1, 0, 1, 1, 1, 2, 2, 20, -20])
+
+
 @given(
-    st.lists(st.tuples(st.integers(0, K - 1), st.floats(-1.0, 2.0), st.booleans()), min_size=2, max_size=40),
+    st.integers(0, K - 1),
+    st.lists(st.tuples(steps_of_places, st.floats(-1.0, 2.0), st.booleans()), min_size=2, max_size=40),
 )
 def test_slope_and_residual_are_those_of_least_squares_with_an_intercept_a_run(
-    made: list[tuple[int, float, bool]],
+    first: int, made: list[tuple[int, float, bool]]
 ) -> None:
-    places, steps, is_lost = zip(*made, strict=True)
+    moves, steps, is_lost = zip(*made, strict=True)
+    places = ((first + np.cumsum(moves)) % K).tolist()
     query = [View(float(t), distance=step) for t, step in enumerate(steps)]
     beliefs = {"one": [certain(K, place, lost=float(lost)) for place, lost in zip(places, is_lost, strict=True)]}
     found = consistency(Comparison("any", drive(K), {}, query, {}, beliefs), "one")

@@ -35,6 +35,14 @@ def test_errors_are_in_the_frame_of_the_place() -> None:
     assert "at 1 of 1 views, median error along 0.100 m (the place itself 0.400)" in str(found)
 
 
+@pytest.mark.parametrize("turns", [-1, 1, 2])
+def test_a_heading_is_off_by_less_than_half_a_turn(turns: int) -> None:
+    pose = PoseBeside(0.0, 0.0, 0.2 + 2 * math.pi * turns, np.eye(3))
+    found = pose_errors(compared((Pose(1.0, 0.0, math.pi / 2 + 0.2), 1, pose)), "mine")
+    assert found is not None
+    assert found.poses == pytest.approx((0.0, 0.0, 0.0))
+
+
 def test_only_right_places_count() -> None:
     pose = PoseBeside(0.0, 0.0, 0.0, np.eye(3))
     north = math.pi / 2

@@ -48,6 +48,18 @@ def test_being_carried_to_another_place_is_an_episode_and_no_way() -> None:
     assert first_fix(carried, [W, W, W, W, R]) == pytest.approx(3.0)
 
 
+def test_a_short_way_on_a_person_s_arms_shows_however_far_the_robot_had_come() -> None:
+    """Ten metres by itself, then 4 m where its odometer has 1 m; and 1 m by itself to the right answer."""
+    carried = [View(0.0, distance=1.0, truth=Pose(x, 0.0, 0.0)) for x in (14.0, 15.0)]
+    assert recovery_of([*along(*range(11)), *carried], [*[R] * 11, W, R]) == ((), (1.0,))
+
+
+def test_a_robot_that_reverses_is_not_carried() -> None:
+    back = along(9, 4, -1)
+    assert recovery_of(back, [R, R, W]) == ((), ())
+    assert first_fix(back, [W, R, R]) == 5.0
+
+
 @pytest.mark.parametrize(
     ("outcomes", "to_lost"),
     [([R, F, F, X, X, X], (2.0,)), ([R, F, F, F, F, X], (3.0,)), ([R, F, F, F, F, F], (None,)), ([X] * 6, ())],

@@ -11,7 +11,8 @@ from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
+from refseq_bench.scenarios.scoring.merging import Merging
 from refseq_bench.scenarios.scoring.metrics import auroc, false_positive_rate, reliability, retrieval
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, path_of
@@ -445,3 +446,21 @@ def test_information_is_proven_on_the_map_only() -> None:
     assert result.information == pytest.approx(math.log2(PLACES), abs=1e-12)
     assert math.isnan(judged(at(5.0, 9.0), beliefs=[certain(PLACES, 5)]).proven_information)
     assert math.isnan(judged(beliefs=[]).information)
+
+
+def test_of_a_place_that_another_holds_its_holder_is_proven() -> None:
+    """Two drives of six places along one line: the second's fourth was merged into the first's."""
+    views = [at(float(k), y) for y in (0.0, 0.3) for k in range(6)]
+    held_by = np.array([*range(9), 3, 10, 11])
+    merged = Comparison(
+        "merged",
+        views,
+        {},
+        [at(3.0, 0.3)],
+        {},
+        {Stage.CHAIN: [certain(12, 3)]},
+        drives=Drives(("a", "b"), (6, 6)),
+        mergings={Stage.CHAIN: Merging(("a", "b"), (6, 6), held_by, (), (1, 1), 0.0)},
+    )
+    assert score(merged, Stage.CHAIN).proven_information == pytest.approx(math.log2(12))
+    assert score(replace(merged, mergings={}), Stage.CHAIN).proven_information == -math.inf

@@ -64,6 +64,8 @@ def test_weak_surfaces_together_are_seen() -> None:
 def test_too_little_light_is_no_echo() -> None:
     assert answer((2.0, 0.6), (2.6, 0.6)) == pytest.approx((math.inf, 1.2))
     assert answer((0.0, 0.0), (0.0, 0.0)) == (math.inf, 0.0)
+    # Three that a pulse does not reach over, though it does from the one in the middle to either side.
+    assert answer((5.0, 0.4), (5.4, 0.4), (5.8, 0.4)) == pytest.approx((math.inf, 1.2))
 
 
 @settings(max_examples=100, deadline=None)

@@ -204,7 +204,9 @@ def picture(model: mujoco.MjModel, texture: str) -> bytes:
 def test_a_crowd_of_nobody_needs_nobody(small: Text) -> None:
     plan = parse_plan(small())
     model = build_world(plan, light_named("18:00"), seed=0).spec.compile()
-    Crowd(model, plan).at(mujoco.MjData(model), 1.0)
+    data = mujoco.MjData(model)
+    Crowd(model, plan).at(data, 1.0)
+    assert model.nmocap == len(data.mocap_pos) == 0
 
 
 @pytest.mark.parametrize(

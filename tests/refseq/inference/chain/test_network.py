@@ -100,3 +100,14 @@ def test_what_is_at_a_shared_place_may_go_on_along_either_path() -> None:
         states = network.transitions(1.0).predict(states)
     assert states[0, [3, 8]] == pytest.approx([0.75, 0.25])
     assert states.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("crossing", [0.0, 0.2, 1.0])
+def test_the_share_that_crosses_is_shared_out_evenly_among_linked_positions(crossing: float) -> None:
+    """Position 1 of the first path and of the second are one place; half of what crosses comes back."""
+    paths, places = (np.arange(3.0), np.arange(3.0)), np.array([0, 1, 2, 3, 1, 4])
+    network = Network(paths, places, MotionSettings(slack=0.0, tail=0.0), ChainSettings(lost=0.0), crossing)
+    states = np.zeros((2, 6))
+    states[0, 1] = 1.0
+    expected = [0, 1 - crossing / 2, 0, 0, crossing / 2, 0]
+    assert network.transitions(0.0).predict(states)[0] == pytest.approx(expected)

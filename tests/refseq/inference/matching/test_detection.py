@@ -46,6 +46,16 @@ def test_ratios_are_those_of_the_model_written_out(seen: np.ndarray, data: st.Da
     np.testing.assert_allclose(detection.log_ratios(np.flatnonzero(shown)), expected, atol=1e-12)
 
 
+def test_a_feature_of_one_place_in_four_by_hand() -> None:
+    """It shows anywhere with 2/6 = 1/3, Laplace's rule, and is detected at its place in 5, 20, 50 or 90 of 100 views.
+
+    A view that shows it is 1 + 2 d times as likely at its place as anywhere, and one that does not 1 - d times.
+    """
+    seen = model(np.array([[True, False, False, False]]))
+    assert seen.log_ratios(np.array([0])) == pytest.approx([math.log(1.825), 0, 0, 0])
+    assert seen.log_ratios(np.array([], int)) == pytest.approx([math.log(0.5875), 0, 0, 0])
+
+
 # Long enough stretches for all levels, with gaps of all sizes between them.
 STRETCHES = np.array(
     [[k in range(b, b + 5) or (b % 3 == 0 and (k - b) % (6 + b % 5) == 0) for k in range(40)] for b in range(-4, 40)]

@@ -207,7 +207,7 @@ def test_the_power_is_the_largest_that_keeps_the_mean_at_one(log_ratios: np.ndar
         assert logsumexp(more * log_ratios) - np.log(len(log_ratios)) > 0
 
 
-@pytest.mark.quick_cases("4.0-0.25", "9.5-1.0")
+@pytest.mark.quick_cases("4.0-0.25", "0.0-5.0")
 @pytest.mark.parametrize(("apart", "spacing"), [(4.0, 1.0), (9.5, 1.0), (4.0, 0.25), (0.0, 5.0)])
 def test_scores_are_read_against_those_of_views_far_from_their_places(apart: float, spacing: float) -> None:
     """From each view held out, at every place more than ``apart`` metres and ``REACH`` places away."""
@@ -250,6 +250,25 @@ def test_a_view_that_tells_more_is_blind_once(pairs: list[tuple[float, float]], 
     assert (with_more(np.full(len(more), low), -np.abs(more), blind) <= low).all(), (
         "more against it never helps a place"
     )
+
+
+@pytest.mark.parametrize(
+    ("caps", "views", "scores"), [({}, K, K * K), ({"views": 25}, 25, K * K), ({"scores": 900}, K, 900)]
+)
+def test_views_and_scores_are_no_more_than_is_asked_for(
+    caps: dict[str, float], views: int, scores: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    plain = Detection.log_ratios
+
+    def noted(*given: object, **named: object) -> np.ndarray:
+        found.append(plain(*given, **named))
+        return found[-1]
+
+    monkeypatch.setattr(Detection, "log_ratios", noted)
+    model_of(drive(4), **caps)
+    assert len(found) == views
+    assert 0.5 * min(scores, views * K) < sum(map(len, found)) <= scores
 
 
 def test_fewer_views_and_scores_give_much_the_same() -> None:

@@ -91,6 +91,18 @@ def test_is_a_distribution_and_equals_the_unmerged_computation(
         assert match.iterations == len(residuals)
 
 
+def test_em_has_settled_when_the_share_of_features_that_differ_changes_little() -> None:
+    """Of many features in many views: it ends at the same step as view by view."""
+    visible = rng(1).random((40, 60)) < 0.3
+    fine, coarse = (
+        MixtureSettings(components=0.1, from_views=0.0, tolerance=tol, iterations=50) for tol in (1e-9, 0.0101)
+    )
+    for settings_, seed in ((fine, 1), (coarse, 1), (coarse, 2)):
+        _, residuals = unmerged(visible, settings_, seed)
+        assert match_view(visible, settings_, rng(seed)).iterations == len(residuals)
+    assert len(unmerged(visible, coarse, 1)[1]) < len(unmerged(visible, fine, 1)[1])
+
+
 @quick
 @given(matrices, any_form, st.integers(0, 99), st.data())
 def test_is_a_distribution_in_every_form_packed_or_not(

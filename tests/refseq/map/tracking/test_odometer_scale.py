@@ -81,6 +81,27 @@ def test_the_slope_is_that_of_least_squares_under_a_normal_prior(map_: Map, slop
     assert estimator.scale == pytest.approx(expected if clear else 1.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(("metres", "scale"), [(4, 1.0), (14, 1.378)])
+def test_a_slope_is_a_scale_once_it_is_clear(map_: Map, metres: int, scale: float) -> None:
+    """Places 1.4 times as far apart as the odometer has it, each metre, known to 0.4 m; before the drive 1 ± 0.1.
+
+    Over 4 m ways have a sum of squares of 10 m²: a slope of 1 + 0.4 · 62.5 / 162.5 = 1.15, give or take
+    1 / √162.5 = 0.08: that may be chance. Over 14 m of 280 m²: 1.378, give or take 0.02.
+    """
+    estimator, ways = OdometerScale(map_), np.arange(metres + 1.0)
+    told(estimator, ways.tolist(), (2.0 + 1.4 * ways).tolist())
+    assert estimator.scale == pytest.approx(scale, abs=0.001)
+
+
+def test_a_robot_that_backs_has_the_scale_of_one_that_goes_ahead(map_: Map) -> None:
+    ways = np.arange(0.0, 20.0, STEP)
+    ahead, back = OdometerScale(map_), OdometerScale(map_)
+    told(ahead, ways.tolist(), (2.0 + 1.2 * ways).tolist())
+    told(back, (-ways).tolist(), (30.0 - 1.2 * ways).tolist())
+    assert ahead.scale > 1.1
+    assert back.scale == pytest.approx(ahead.scale)
+
+
 @pytest.mark.quick_cases("0.75", "1.3")
 @pytest.mark.parametrize("scale", [0.75, 0.9, 1.1, 1.3])
 def test_a_drive_tells_its_scale(map_: Map, scale: float) -> None:

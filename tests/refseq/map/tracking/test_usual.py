@@ -1,5 +1,7 @@
 """Views weighed by what those before brought at their places: a way off the path through a corridor of like walls."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,8 +16,10 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
+from refseq.map.profile import BEST
 from refseq.map.tracking.usual import UsualViews, too_little
 from refseq.view import View
+from tests.refseq.rooms import bits_drive, bits_map
 from tests.support import CAMERAS, corridor_drive, texture
 
 COUNT, LEFT = 40, 25
@@ -179,3 +183,49 @@ def test_what_is_not_sure_is_not_remembered(maps: tuple[Map, Map]) -> None:
         usual.told(measured, belief_from(places, 0.0))
     assert (usual.weighed(poorer)[0].log_ratio < 0).all()
     assert usual.weighed([replace(poorer[0], by_block={})])[0].log_ratio.tolist() == [0.0] * COUNT
+
+
+SEEING = replace(BEST, log_ratio=replace(BEST.log_ratio, usual=100, blind=0.0))
+"""Views are never blind, so that log ratios add up."""
+PLACE = np.eye(COUNT)[3]
+
+
+def against(
+    usually: Mapping[str, float], brought: Mapping[str, float], power: float = 1.0, places: np.ndarray = PLACE
+) -> np.ndarray:
+    """Log ratios by what blocks ``brought``, after 40 views at the same place to which they brought what is usual."""
+    usual = UsualViews(bits_map(bits_drive({"camera": np.eye(COUNT, dtype=bool)}), SEEING))
+    view = Measurement(places, 0.85, Timings(), np.zeros(COUNT), power=power)
+    rich, poor = (
+        replace(view, by_block={key: np.full(COUNT, nats) for key, nats in of.items()}) for of in (usually, brought)
+    )
+    for _ in range(40):
+        usual.weighed([rich])
+        usual.told([rich], belief_from(places, 0.0))
+    return usual.weighed([poor])[0].log_ratio
+
+
+RICH, POOR = ({"sift/forward": nats, "sift/lateral": nats} for nats in (4.0, -1.0))
+
+
+def test_less_than_all_views_before_brought_has_a_p_value_of_one_in_so_many() -> None:
+    """In 41 views none brought as little: p = 1/41, which the mean of all power calibrators makes a ratio."""
+    p = 1 / 41
+    ratio = (1 - p + p * math.log(p)) / (p * math.log(p) ** 2)
+    assert against(RICH, POOR) == pytest.approx(-2 * math.log(ratio))
+    assert against(RICH, RICH) == pytest.approx(0.0)
+
+
+def test_blocks_that_err_together_speak_against_a_place_with_less_power() -> None:
+    assert against(RICH, POOR, power=0.5) == pytest.approx(against(RICH, POOR) / 2)
+
+
+def test_a_block_that_was_not_asked_at_its_place_has_nothing_usual() -> None:
+    found = against({**RICH, "dense/forward": math.nan}, {**POOR, "dense/forward": -1.0})
+    assert found == pytest.approx(against(RICH, POOR))
+
+
+@pytest.mark.parametrize(("beside", "remembered"), [(4, True), (2, True), (5, False)])
+def test_a_place_is_sure_where_it_and_its_neighbours_hold_the_belief(beside: int, remembered: bool) -> None:
+    shared = 0.55 * PLACE + 0.45 * np.eye(COUNT)[beside]
+    assert (against(RICH, POOR, places=shared) < 0).all() == remembered
