@@ -101,7 +101,7 @@ def check_asked(floor: Path | None, at: Sequence[str]) -> None:
         raise ScenarioError(f"--at {at[0]}: marks a place on the picture of --floor; valid is to name that as well")
     if floor is not None and len(at) < LEAST:
         raise ScenarioError(
-            f"--floor {floor}: {len(at)} places are marked on it; valid are {LEAST} or more, each by --at PLACE=X,Y"
+            f"--floor {floor}: {len(at)} marked on it; valid are {LEAST} places or more, each by --at PLACE=X,Y"
         )
 
 

@@ -172,8 +172,8 @@ def test_the_path_is_drawn_on_its_way_in_the_floor_plan(folder: Path, tmp_path: 
 FLOOR = ["--floor", "floor.png"]
 BAD = {
     "no floor": (marks(0), [], "--at {0}: marks a place on the picture of --floor; "),
-    "no mark": ([], FLOOR, "--floor floor.png: 0 places are marked on it; valid are 3 or more, each by --at "),
-    "two marks": (marks(0, 9), FLOOR, "--floor floor.png: 2 places are marked on it; valid are 3 or more, "),
+    "no mark": ([], FLOOR, "--floor floor.png: 0 marked on it; valid are 3 places or more, each by --at "),
+    "two marks": (marks(0, 9), FLOOR, "--floor floor.png: 2 marked on it; valid are 3 places or more, "),
     "no place": (["77=1,2", *marks(0, 9)], FLOOR, "--at 77=1,2: place '77' is unknown; valid are 0 to 27, or a path "),
     "no number": (["-1=1,2", *marks(0, 9)], FLOOR, "--at -1=1,2: place '-1' is unknown; "),
     "no path": (["north:1=1,2", *marks(0, 9)], FLOOR, "--at north:1=1,2: place 'north:1': path 'north' is unknown; "),
