@@ -52,6 +52,7 @@ def loading(name: str, kind: RendererKind) -> Loading:
     watch, memory = Stopwatch(), [most_resident()]
     with watch.counting("build"):
         world = build_world(load_plan(name), light_named("16:00"), seed=0)
+        world.ambient.grids  # noqa: B018 - the light from all sides is worked out once it is asked, and is a world's cost
     memory.append(most_resident())
     with watch.counting("bench"):
         bench = Bench(world, robots.load("robuter"), settings=BenchSettings(renderer=kind))
