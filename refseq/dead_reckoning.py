@@ -16,6 +16,11 @@ def reckoned_poses(views: Sequence[View], start: Pose | None = None) -> list[Pos
     return list(accumulate(views[1:], lambda at, view: after_motion(at, view.distance, view.turn), initial=begin))
 
 
+def way_along(views: Sequence[View]) -> NDArray[np.float64]:
+    """Way from the first view to each [m], (K,), whichever way the robot drove; at least one view."""
+    return np.cumsum([0.0, *(abs(view.distance) for view in views[1:])])
+
+
 def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:
     """Poses of views by their odometry, (K, 3): x, y [m] and heading [rad]; (0, 3) without any.
 

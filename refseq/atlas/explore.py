@@ -6,6 +6,7 @@ Each such path begins before the drive leaves the map and ends behind its return
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from refseq.inference.matching.incidence import feature_of
 from refseq.intake import each_view
 from refseq.map.growth.adding import GrowthSettings, check_drive, check_map
 from refseq.map.growth.astray import Astray, AstraySettings, astray
@@ -44,7 +45,7 @@ def explore(
     check_map(map_)
     check_drive(map_, drive, metadata or {}, GrowthSettings())
     lost = lost_in_hindsight(seen_drive(map_, drive, seed))
-    features = list(dict.fromkeys(one.key.partition("/")[0] for one in map_.sequences[0].extractors))
+    features = list(dict.fromkeys(feature_of(one.key) for one in map_.sequences[0].extractors))
     return [
         ExploredPath(
             each,

@@ -21,7 +21,7 @@ from refseq.features import (
     SiftWords,
     WallLines,
 )
-from refseq.inference.matching.incidence import sensor_of
+from refseq.inference.matching.incidence import feature_of, sensor_of
 from refseq.map.profile import Profile
 from refseq.view import LASER
 
@@ -58,13 +58,13 @@ def make_extractors(features: Iterable[str], sensors: Sequence[str], profile: Pr
 
 def check_feature(key: str) -> None:
     """Raise ``MapError`` for the key of an extractor, ``feature/sensor``, whose feature is not known."""
-    if key.partition("/")[0] not in FEATURES:
+    if feature_of(key) not in FEATURES:
         raise _unknown(key)
 
 
 def make_extractor(key: str, profile: Profile, state: Mapping[str, NDArray[Any]]) -> Extractor:
     """The extractor of a saved map by its key, ``feature/sensor``. Raises ``MapError`` for one that is not known."""
-    name = key.partition("/")[0]
+    name = feature_of(key)
     extractor = FEATURES[name](sensor_of(key), profile, state) if name in FEATURES else None
     if extractor is None:
         raise _unknown(key)

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from refseq.dead_reckoning import dead_reckoned
+from refseq.dead_reckoning import dead_reckoned, way_along
 from refseq.errors import MapError, ViewError
 from refseq.features.extractor import Extractor
 from refseq.features.neural.words import NeuralWords, pinned
@@ -71,7 +71,7 @@ def learn(
         keys.add(view)
     check_seen(drive, extractors)
     matrix = IncidenceMatrix.from_columns(columns, {extractor.key: extractor.size for extractor in extractors})
-    along = np.cumsum([0.0] + [abs(view.distance) for view in drive[1:]])
+    along = way_along(drive)
     poses = tuple(view.truth for view in drive)
     notes = MappingProxyType(dict(metadata or {}))
     sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes, dead_reckoned(drive))

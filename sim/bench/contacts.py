@@ -11,7 +11,7 @@ from refseq.planar import wrap
 from refseq_bench.sim.bench.bench import Bench
 
 AHEAD = math.radians(45.0)
-"""What is farther to the side stands beside a robot [rad]; a choice."""
+"""Bearing from which on a thing stands beside a robot, and not ahead of it [rad]; a choice."""
 ROOM = 0.05
 """A robot that is set down keeps so much from all things [m]; a choice."""
 
@@ -83,7 +83,7 @@ class ContactLog:
         return min(ahead, key=lambda thing: thing.gap, default=None)
 
     def _gaps(self, within: float) -> Iterator[NearThing]:
-        """What each part of the robot and each thing near it are apart; ``within`` stands for all that is farther."""
+        """Gaps between each part of the robot and each thing near it; ``within`` stands for all that is farther."""
         model, data, pose = self._bench.model, self._bench.data, self._bench.pose
         here, ends = data.geom_xpos[self._own, :2].mean(axis=0), np.zeros(6)
         others = self._solid & ~self._own & ~self._floor

@@ -23,7 +23,7 @@ STEEPEST = math.tan(math.radians(80.0))
 NARROWEST = 1.0
 """Smallest field of view along a picture's longer side [deg]: below it a length is in another unit (choice)."""
 MOST_STRETCH = 2.0
-"""How many times as far out as without distortion a corner may be drawn: lenses that are built reach 1.2 (choice)."""
+"""Greatest distance of a corner from the middle, over that without distortion: built lenses reach 1.2 (choice)."""
 LEAST_F, MOST_F = 0.5, 64.0
 """F-numbers: 0.5 is the least that can be, beyond 64 is a pinhole (choice)."""
 MOST_BLUR = 20.0

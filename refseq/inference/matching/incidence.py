@@ -11,6 +11,11 @@ from scipy import sparse
 from refseq.inference.matching.columns import Rows
 
 
+def feature_of(key: str) -> str:
+    """The feature of a key, ``feature/sensor``."""
+    return key.partition("/")[0]
+
+
 def sensor_of(key: str) -> str:
     """The sensor of an extractor by its key, ``feature/sensor``; a sensor's name may have slashes, as topics have."""
     return key.partition("/")[2]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from refseq.features.hu import MOMENTS
 from refseq.features.sift import DESCRIPTOR_SIZE
+from refseq.inference.matching.incidence import feature_of
 from refseq.limits import MAP_METRES, MAP_PLACES
 from refseq.map.format.header import MapHeader
 from refseq.map.format.npy import DeclaredArray
@@ -100,7 +101,7 @@ def rules_of(header: MapHeader) -> Rules:
         its = {**SEQUENCE, **EXPERIENCES}
         found |= {f"{stem}/{name}": (rule, {"N1": table.features + 1}) for name, rule in its.items()}
         for key, size in table.blocks.items():
-            if rule := WORDS.get(key.partition("/")[0]):
+            if rule := WORDS.get(feature_of(key)):
                 found[f"{stem}/features/{key}/words"] = rule, {"W": size}
     words = {key for table in header.sequences for key in table.blocks if key.startswith("sift/")}
     rules = dict(PATH)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import way_along
 from refseq.errors import MapError
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, each_view, usable
@@ -196,7 +197,7 @@ def _stretch(map_: Map, drive: Sequence[View], placed: Sequence[_PlacedView]) ->
 
     It is the median over pieces of ``LONG`` metres without steps on which the odometer jumps: that is no scale.
     """
-    ways = np.cumsum([0.0, *(abs(view.distance) for view in drive[1:])])
+    ways = way_along(drive)
     along = [dict(zip(map_.numbered(path).tolist(), path.along.tolist(), strict=True)) for path in map_.paths]
     scales, ours, theirs = list[float](), 0.0, 0.0
     for one, other in pairwise(placed):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import way_along
 from refseq.errors import MapError
 from refseq.view import View
 
@@ -47,7 +48,7 @@ class Astray:
 
 def astray(views: Sequence[View], lost: NDArray[np.float64], settings: AstraySettings) -> list[Astray]:
     """Stretches of a drive that lead off a map, in their order; ``lost`` (V,) is P(lost) at each of its views."""
-    way = np.cumsum([0.0, *(abs(view.distance) for view in views[1:])])
+    way = way_along(views)
     off = np.flatnonzero(lost > settings.lost)
     parts = np.flatnonzero(np.diff(way[off]) > 2 * settings.overlap) + 1
     found = [_astray(way, one, settings.overlap) for one in np.split(off, parts) if len(one)]

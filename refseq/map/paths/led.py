@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.dead_reckoning import reckoned_poses
+from refseq.dead_reckoning import reckoned_poses, way_along
 from refseq.features.walls import WallSettings, find_lines
 from refseq.inference.paths import usual_step
 from refseq.map.paths.legs import Leg, legs_of
@@ -61,7 +61,7 @@ class _Bend:
 
 def led_behaviours(views: Sequence[View]) -> tuple[str, ...]:
     """Behaviours from each view of a drive on, (K,), as ``Annotations`` hold them; () where nothing moved."""
-    along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
+    along = way_along(views)
     if len(views) < 2 or not along[-1] > 0:
         return ()
     poses = reckoned_poses(views)

@@ -7,6 +7,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from refseq.dead_reckoning import way_along
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import in_world
 from refseq.viewer.belief_log import entity_part
@@ -90,7 +91,7 @@ class PlacePanels:
         views, sequences = self.places.views, self.places.sequences
         along = [along for sequence in sequences for along in sequence.along.tolist()]
         if not along:
-            along = np.cumsum([0.0, *(abs(view.distance) for view in views[1:])]).tolist()
+            along = way_along(views).tolist()
         for place, distance in enumerate(along):
             yield TimePoint(place, views[place].time if views else None, distance)
 

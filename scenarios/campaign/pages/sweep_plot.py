@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, cases_by_scenario
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.plot_selection import MOST
 from refseq_bench.scenarios.report.plots.style import Plot
@@ -123,9 +123,7 @@ def sweeps_of(campaigns: Sequence[CampaignRecord], methods: Collection[str]) -> 
 
     ``methods`` are those to show, all where there are none. Raises ``ScenarioError`` where nothing is left to show.
     """
-    cases = {case.name: case for campaign in campaigns for case in campaign.cases}
-    scenarios = dict.fromkeys(case.scenario for case in cases.values())
-    every = [swept([one for one in cases.values() if one.scenario == name]) for name in scenarios]
+    every = map(swept, cases_by_scenario(campaigns).values())
     found = [one for one in every if one is not None and one.methods]
     if not found:
         raise ScenarioError(

@@ -12,7 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
-from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, RunRecord
+from refseq_bench.scenarios.campaign.store.result_file import (
+    CampaignRecord,
+    CaseRecord,
+    MethodRecord,
+    RunRecord,
+    cases_by_scenario,
+)
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.plots.order import OrderPanel
 from refseq_bench.scenarios.scoring.intervals.rank_agreement import (
@@ -65,9 +71,7 @@ def validities(campaigns: Sequence[CampaignRecord], figure: str) -> list[Validit
     """
     if figure not in FIGURES:
         raise ScenarioError(f"figure {figure!r} is unknown; valid are {', '.join(FIGURES)}")
-    cases = {case.name: case for campaign in campaigns for case in campaign.cases}
-    scenarios = dict.fromkeys(case.scenario for case in cases.values())
-    found = [_validity([one for one in cases.values() if one.scenario == name], figure) for name in scenarios]
+    found = [_validity(cases, figure) for cases in cases_by_scenario(campaigns).values()]
     if not any(one.pairs for one in found):
         raise ScenarioError(
             "no real set and its twin were both answered; valid is a campaign with cases real/NAME and twin/NAME, as "
@@ -226,6 +230,6 @@ def page_with(text: str, body: str, page: str) -> str:
 
 
 def _by_title(body: str) -> dict[str, str]:
-    """What is told of each scenario, by the line of its title; what stands before the first by none."""
+    """Parts of a text by the lines of their titles, one a scenario; what stands before the first has none."""
     parts = re.split(r"^(?=### )", body, flags=re.MULTILINE)
     return {part.partition("\n")[0] if part.startswith("### ") else "": part for part in parts}

@@ -1,7 +1,7 @@
 """``result.json``: what came of a campaign, for programs. Units stand in the names; what is no number is null."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -222,6 +222,14 @@ class CampaignRecord(Record):
     def count(self, verdict: Verdict, *, blocking: bool | None = None) -> int:
         """Cases with a verdict; of those that are blocking or not, None: of all."""
         return sum(one.verdict is verdict and blocking in (None, one.blocking) for one in self.cases)
+
+
+def cases_by_scenario(campaigns: Iterable[CampaignRecord]) -> dict[str, list[CaseRecord]]:
+    """Cases of several campaigns by their scenario; of a case that ran twice the later counts."""
+    found: dict[str, list[CaseRecord]] = {}
+    for case in {case.name: case for campaign in campaigns for case in campaign.cases}.values():
+        found.setdefault(case.scenario, []).append(case)
+    return found
 
 
 def write_result(folder: Path, record: CampaignRecord) -> None:

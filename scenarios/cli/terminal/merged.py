@@ -1,4 +1,4 @@
-"""What the console tells of maps that were merged."""
+"""Lines of the console on maps that were merged."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -203,7 +203,7 @@ def _caption(failure: Failure, run: Comparison) -> str:
 
 
 def _away(failure: Failure, run: Comparison) -> str:
-    """How far the answer's place is from the truth; and how far turned, where it is by more than answers may be."""
+    """Distance of the answer's place from the truth, and its turn where that is more than answers may be off by."""
     there, truth = run.reference_views[failure.answer].truth, run.query_views[failure.view].truth
     if there is None or truth is None:
         return "at a place without a true pose"
