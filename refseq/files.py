@@ -85,7 +85,12 @@ def replace_text(path: Path, content: str) -> None:
 
 
 def put(draft: Path, path: Path) -> None:
-    """Give a finished file the name ``path``, in place of an older one, with its content on the disk before."""
+    """Give a finished file the name ``path``, in place of an older one, with its content on the disk before.
+
+    Raises ``OSError`` where something else than a file has that name: who may, would replace a device as well.
+    """
+    if path.exists():
+        check_input(path)
     sync(draft)
     draft.replace(path)
     sync(path.parent)
@@ -94,8 +99,11 @@ def put(draft: Path, path: Path) -> None:
 def put_folder(draft: Path, path: Path) -> None:
     """Give a finished folder of files the name ``path``; an older one then lies at ``draft``.
 
-    It happens in one step where the file system can let two names change places, else in two.
+    It happens in one step where the file system can let two names change places, else in two. Raises ``OSError`` where
+    something else than a folder has that name.
     """
+    if path.exists() and not path.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
     for one in (*draft.iterdir(), draft):
         sync(one)
     if not path.exists():

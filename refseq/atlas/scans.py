@@ -9,6 +9,7 @@ an alignment that slid along a corridor is found as well, and by how much.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,9 @@ NEAR = 1.0
 """Views that scans lay so near each other [m] are a pair; or as far as views are apart."""
 ANOTHER_WAY = np.radians(60)
 """Views turned by so much [rad] and more are no pair, however near: a robot that comes back crosses its own way."""
+BENT = (2.25, np.radians(30))
+"""Windows that follow each other are one stretch where odometry leads from the pose of one to that of the next within
+this [m, rad]: a window may slide so far along a bare corridor, but where paths have parted it lies elsewhere."""
 STAYS = 0.01
 """Share of the scans that a metre of shift has to bring: along a bare corridor all shifts are as good."""
 
@@ -119,15 +123,35 @@ class LaidScans:
 def laid_on(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike: float, same: float) -> LaidScans:
     """Lay the scans of a stretch on each other; what is ``alike`` in a lesser share at its ends is left out.
 
-    So is one window at either end that keeps the rest from the share ``same``: words go on for a view or two where
-    paths part.
+    So is what odometry puts elsewhere than the longest part of it, since words may go on where paths have parted; and
+    one window at either end that keeps the rest from the share ``same``: a view or two of it are beyond the fork.
     """
     found = windows(one, other, pairs)
-    good = np.flatnonzero([window.share >= alike for window in found])
-    if not len(good):
+    good = [number for number, window in enumerate(found) if window.share >= alike]
+    if not good:
         return LaidScans(float(np.mean([window.share for window in found])), pairs[:0], _middles(()))
-    kept = _parted(found[good[0] : good[-1] + 1], same)
+    held = _longest_held(one, other, found, good)
+    kept = _parted(found[held[0] : held[-1] + 1], same)
     return LaidScans(float(np.mean([window.share for window in kept])), _paired(one, other, kept), _middles(kept))
+
+
+def _longest_held(one: ScannedPath, other: ScannedPath, found: Sequence[ScanWindow], good: Sequence[int]) -> list[int]:
+    """The most of the ``good`` windows, one behind the other, between which both paths' odometry holds."""
+    parts = [[good[0]]]
+    for before, number in pairwise(good):
+        if _bent(one, other, found[before], found[number]):
+            parts.append([])
+        parts[-1].append(number)
+    return max(parts, key=len)
+
+
+def _bent(one: ScannedPath, other: ScannedPath, before: ScanWindow, after: ScanWindow) -> bool:
+    """True where odometry puts the other path's views elsewhere than the scans of the window ``after`` do."""
+    (mine, its), (now, then) = before.middle, after.middle
+    gone = motions_between(one.track[mine], one.track[now])
+    told = moved(before.motion, motions_between(other.track[its], other.track[then]))
+    off = motions_between(motions_between(gone, told), after.motion)
+    return bool(np.hypot(off[0], off[1]) > BENT[0] or abs(wrapped(off[2])) > BENT[1])
 
 
 def _parted(found: Sequence[ScanWindow], same: float) -> Sequence[ScanWindow]:

@@ -101,8 +101,9 @@ def check_output(*paths: Path | None, of: Iterable[Path | None] = ()) -> None:
     for path in filter(None, paths):
         if path.exists() and (source := next((one for one in sources if one.samefile(path)), None)) is not None:
             raise ScenarioError(f"{path}: would overwrite {source}; valid is another name")
-        if path.is_dir():
-            raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
+        if path.exists() and not path.is_file():
+            kind = "folder" if path.is_dir() else "device, pipe or socket"
+            raise ScenarioError(f"{path}: is a {kind}; valid is the name of a file to write")
         if not path.parent.is_dir():
             raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
         if not os.access(path.parent, os.W_OK):

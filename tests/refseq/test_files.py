@@ -93,6 +93,23 @@ def test_a_link_in_the_way_is_replaced_and_not_written_through(tmp_path: Path) -
     assert not (tmp_path / "a").is_symlink()
 
 
+@pytest.mark.parametrize(("make", "told"), [(os.mkfifo, "is a pipe; valid is a file"), (Path.mkdir, "is a folder")])
+def test_what_is_no_file_is_not_replaced(tmp_path: Path, make: Callable[[Path], None], told: str) -> None:
+    make(tmp_path / "out")
+    with pytest.raises(OSError, match=told), replacing(tmp_path / "out") as file:
+        file.write(b"content")
+    assert not (tmp_path / "out").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_folder_does_not_take_the_place_of_something_else(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "out")
+    (tmp_path / "draft").mkdir()
+    with pytest.raises(NotADirectoryError):
+        put_folder(tmp_path / "draft", tmp_path / "out")
+    assert (tmp_path / "out").is_fifo()
+
+
 def test_content_is_synced_before_it_gets_its_name_and_the_folder_after(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

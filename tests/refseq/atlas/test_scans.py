@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from refseq.atlas.scans import ScannedPath, laid_on, longest_rising, scale_between, windows
 from refseq.planar import Pose
-from refseq.pose_graph import motions_between
+from refseq.pose_graph import motions_between, moved
 from refseq.scan_matching.panorama import panorama
 from refseq.view import Scan
 from tests.refseq.rooms import Wall, cast, rectangle
@@ -67,6 +67,24 @@ def test_a_drive_that_comes_back_over_its_own_way_lies_on_itself_view_by_view() 
     assert path is not None
     every = np.column_stack([np.arange(16), np.arange(16)])
     assert laid_on(path, path, every, 0.87, 0.98).pairs.tolist() == every.tolist()
+
+
+@pytest.mark.parametrize("parting", [6, 15])
+def test_what_looks_alike_behind_a_fork_is_left_out(parting: int) -> None:
+    """Both see the same walls all along, but the odometry of one has turned off: the longer part holds."""
+    ahead = np.column_stack([np.arange(22.0), np.zeros((22, 2))])
+    scans = np.stack([panorama(cast(CORRIDOR, Pose(8.0 + x, 0.0, 0.0))) for x in range(22)])
+    there = np.array([float(parting), 0.0, np.pi / 2])
+    turned = np.concatenate([ahead[:parting], moved(there, ahead[: 22 - parting])])
+    one, other = (ScannedPath.of(track, scans) for track in (ahead, turned))
+    assert one is not None
+    assert other is not None
+    every = np.column_stack([np.arange(22)] * 2)
+    held = laid_on(one, other, every, 0.87, 0.98).pairs
+    part = every[:parting] if parting > 11 else every[parting:]
+    assert set(map(tuple, held.tolist())) <= set(map(tuple, part.tolist()))
+    assert len(held) >= len(part) - 6  # of the window that the fork is in nothing is kept
+    assert laid_on(one, one, every, 0.87, 0.98).pairs.tolist() == every.tolist()
 
 
 @given(st.lists(st.integers(0, 9), max_size=8))

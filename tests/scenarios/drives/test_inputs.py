@@ -1,12 +1,13 @@
-"""Files that are read and replaced by one command, while another does the same."""
+"""Outputs: no device in their place, and no file lost that another command replaces while it is read."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from refseq.files import replace_bytes
-from refseq_bench.scenarios.drives.inputs import replacement
+from refseq_bench.scenarios.drives.inputs import check_output, replacement
 from refseq_bench.scenarios.errors import ScenarioError
 
 CHANGED = "has changed since it was read; valid is to run the command again"
@@ -56,3 +57,9 @@ def test_an_error_while_writing_is_its_own(tmp_path: Path) -> None:
     path.write_bytes(b"read")
     with pytest.raises(OSError, match="disk"), replacement(path, [path]):
         raise OSError("disk")
+
+
+def test_a_pipe_is_nothing_to_write_a_result_over(tmp_path: Path) -> None:
+    os.mkfifo(pipe := tmp_path / "map.refseq")
+    with pytest.raises(ScenarioError, match=r"map\.refseq: is a device, pipe or socket; valid is the name of a file"):
+        check_output(pipe)
