@@ -104,7 +104,7 @@ class _KeysOnTheWay:
 
 def check_way(views: Sequence[View]) -> None:
     """Raise ``MapError`` for views that make no path: a single one, or views with no distance between them."""
-    length = sum(abs(view.distance) for view in views[1:])
+    length = float(way_along(views)[-1])
     if length > 0:
         return
     if not any(view.has_odometry for view in views):

@@ -4,8 +4,8 @@ What the words mean is the robots' business (``refseq_bench.robots.behaviours.wr
 behaviours last until a place is reached, and how these are told how far.
 """
 
-GOING_ON = "MN"
-"""Behaviour where nobody knows how the path was driven: carry on."""
+from refseq.missions.language import BehaviourCode
+
 SHORTEST = 0.05
 """No way is told that is shorter than this [m]: robots take less for no way at all."""
 AHEAD = "ahead"
@@ -22,9 +22,9 @@ def code_of(behaviour: str) -> str:
 def travels(behaviour: str) -> bool:
     """True where a behaviour lasts until a place is reached: carrying on, following a wall, and straight set points."""
     code, _, rest = behaviour.partition(":")
-    if code == "MA":
+    if code == BehaviourCode.SET_POINTS:
         return _straight(rest)
-    return code in ("MN", "MW")
+    return code in (BehaviourCode.CARRY_ON, BehaviourCode.FOLLOW_WALL)
 
 
 def lengthened(behaviour: str, length: float) -> str:
@@ -32,11 +32,11 @@ def lengthened(behaviour: str, length: float) -> str:
     code, _, rest = behaviour.partition(":")
     way = f"{min(max(length, SHORTEST), LONGEST):.2f}"
     match code:
-        case "MW":
+        case BehaviourCode.FOLLOW_WALL:
             side, distance = rest.split(",")[:2]
-            return f"MW:{side},{distance},{way}"
-        case "MA":
-            return f"MA:{way},0"
+            return f"{code}:{side},{distance},{way}"
+        case BehaviourCode.SET_POINTS:
+            return f"{code}:{way},0"
         case _:
             return ",".join([f"{code}:{way}", *rest.split(",")[1:]])
 
@@ -46,7 +46,7 @@ def steered(behaviour: str, aside: float, turn: float) -> str:
 
     Other behaviours find their way by themselves, and are as they were.
     """
-    is_leg = code_of(behaviour) == GOING_ON and behaviour.count(",") == 2
+    is_leg = code_of(behaviour) == BehaviourCode.CARRY_ON and behaviour.count(",") == 2
     return f"{behaviour},{aside:.2f},{turn:.1f}" if is_leg else behaviour
 
 
@@ -57,7 +57,7 @@ def length_of(behaviour: str) -> float:
     code, _, rest = behaviour.partition(":")
     values = rest.split(",")
     try:
-        return float(values[2 if code == "MW" else 0])
+        return float(values[2 if code == BehaviourCode.FOLLOW_WALL else 0])
     except (IndexError, ValueError):
         return 0.0
 
@@ -73,10 +73,10 @@ def kind_of(behaviour: str) -> str:
     if travels(behaviour):
         return lengthened(behaviour, 1.0)
     match code:
-        case "MT":
-            return f"MT:{turn_of(behaviour) % 360:g}"
-        case "MC":
-            return f"MC:{rest or AHEAD}"
+        case BehaviourCode.TURN:
+            return f"{code}:{turn_of(behaviour) % 360:g}"
+        case BehaviourCode.CROSS_DOOR:
+            return f"{code}:{rest or AHEAD}"
         case _:
             return behaviour
 

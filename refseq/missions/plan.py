@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise, takewhile
 
 from refseq.map.paths.annotations import DoorSide, PathDoor, begun
-from refseq.missions.behaviour_codes import GOING_ON, code_of, kind_of, lengthened, travels, turn_of
+from refseq.missions.behaviour_codes import code_of, kind_of, lengthened, travels, turn_of
 from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
@@ -24,7 +24,6 @@ SLIGHT = 30.0
 WALL = "MW:right,1"
 """Behaviour that ``MW`` means in a string, which has no room for side and distance: a choice."""
 END, START = "end", "start"
-LEARNT, UNTOLD = "as learnt", "nobody told how the way begins"
 
 Where = float | str
 """A place on the way: metres from its start, ``start`` or ``end``."""
@@ -35,7 +34,7 @@ class Order:
     """From ``at`` [m along the way] on the robot does ``behaviour``; ``why`` says who wants it.
 
     ``tasks`` are done there first, while it stands. ``timeout`` [s] is how long it may last, None: as long as its way
-    may take.
+    may take. It is ``learnt`` where the way was driven so, and no step of a mission asks for it.
     """
 
     at: float
@@ -43,6 +42,7 @@ class Order:
     why: str
     tasks: tuple[Task, ...] = ()
     timeout: float | None = None
+    learnt: bool = False
 
     @property
     def travels(self) -> bool:
@@ -215,14 +215,9 @@ def _with(order: Order, orders: Sequence[Order]) -> list[Order]:
     What goes on with something else takes the place of what would have begun there.
     """
     if order.travels:
-        orders = [one for one in orders if one.at != order.at or not one.travels or _asked(one)]
-    before = list(takewhile(lambda one: one.at < order.at or (one.at == order.at and _asked(one)), orders))
+        orders = [one for one in orders if one.at != order.at or not one.travels or not one.learnt]
+    before = list(takewhile(lambda one: one.at < order.at or (one.at == order.at and not one.learnt), orders))
     return [*before, order, *orders[len(before) :]]
-
-
-def _asked(order: Order) -> bool:
-    """True where an order is a step's."""
-    return order.why not in (LEARNT, UNTOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,14 +289,14 @@ def _place(landmark: Landmark, way: MissionPath, landmarks: Landmarks) -> float:
 def _learnt(way: MissionPath) -> tuple[Order, ...]:
     """Orders for all that was done along a way. Raises ``MissionError`` for words that tell no behaviour."""
     orders = [
-        Order(max(at + offset, 0.0), behaviour, LEARNT)
+        Order(max(at + offset, 0.0), behaviour, "as learnt", learnt=True)
         for words, at in zip(way.behaviours, way.along.tolist(), strict=True)
         for offset, behaviour in _begun(words)
     ]
     for order in orders:
         _check_words(order.behaviour, ", as it was learnt,")
     if not orders or orders[0].at > 0:
-        orders.insert(0, Order(0.0, GOING_ON, UNTOLD))
+        orders.insert(0, Order(0.0, BehaviourCode.CARRY_ON, "nobody told how the way begins", learnt=True))
     # At the last place nothing begins.
     return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
 
@@ -332,9 +327,7 @@ def _wanted(at: _Matched, errand: Errand) -> str | None:
 
 def _done_there(orders: Sequence[Order], at: _Matched) -> list[Order]:
     """Orders learnt for a landmark: a turn or a crossing right there."""
-    there = (
-        order for order in orders if order.why == LEARNT and not order.travels and abs(order.at - at.at) <= AT_ONCE
-    )
+    there = (order for order in orders if order.learnt and not order.travels and abs(order.at - at.at) <= AT_ONCE)
     return [order for order in there if not _is_slight(order.behaviour)]
 
 
@@ -349,13 +342,13 @@ def _order(orders: Sequence[Order], learnt: Sequence[Order], at: _Matched, erran
     wanted, in_force = _wanted(at, errand), _in_force(orders, at.at)
     if wanted is None and learnt:
         return replace(order, at=learnt[0].at, behaviour=learnt[0].behaviour)
-    if wanted is None or (wanted == GOING_ON and not learnt):
+    if wanted is None or (wanted == BehaviourCode.CARRY_ON and not learnt):
         if not in_force.travels:
             raise MissionError(f"{at.told}: in the middle of {in_force.behaviour} nothing can be done")
         return replace(order, behaviour=in_force.behaviour)
     if code_of(wanted) == BehaviourCode.CROSS_DOOR:
         crossed = [one.at for one in learnt if code_of(one.behaviour) == BehaviourCode.CROSS_DOOR]
-        asked = max((one.at for one in orders if _asked(one)), default=0.0)
+        asked = max((one.at for one in orders if not one.learnt), default=0.0)
         order = replace(order, at=crossed[0] if crossed else max(at.at - BEFORE_DOOR, asked))
     return replace(order, behaviour=wanted)
 

@@ -145,7 +145,7 @@ def check_drive(map_: Map, views: Sequence[View], metadata: Mapping[str, str], r
             f"{', '.join(sorted(map_.sensors))}"
         )
     check_motions(views)
-    length = sum(abs(view.distance) for view in views[1:])
+    length = float(way_along(views)[-1])
     if length < rules.least:
         count = f"{len(views)} view{'s' * (len(views) != 1)}"
         raise MapError(f"the drive has {count} over {length:.1f} m; valid is a way of {rules.least:g} m")

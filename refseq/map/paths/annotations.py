@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.dead_reckoning import reckoned_poses
+from refseq.dead_reckoning import reckoned_poses, way_along
 from refseq.errors import ViewError
 from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
 from refseq.map.paths.led import led_behaviours
@@ -174,9 +174,7 @@ class _Track:
 
 
 def _doors_in(views: Sequence[View]) -> Iterator[_DoorInView]:
-    along = 0.0
-    for number, (view, pose) in enumerate(zip(views, reckoned_poses(views), strict=True)):
-        along += abs(view.distance) if number else 0.0
+    for view, pose, along in zip(views, reckoned_poses(views), way_along(views).tolist(), strict=True):
         for door in find_doors(view.scan, LANDMARK) if view.scan is not None else ():
             side = _side(door)
             if side is not None and door.distance < NEAR:
