@@ -1,12 +1,13 @@
-"""Files that are read and replaced by one command, while another does the same."""
+"""Files that are read and replaced by one command, while another does the same, and places that take none."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from refseq.files import replace_bytes
-from refseq_bench.scenarios.drives.inputs import replacement
+from refseq_bench.scenarios.drives.inputs import check_folder, check_output, replacement
 from refseq_bench.scenarios.errors import ScenarioError
 
 CHANGED = "has changed since it was read; valid is to run the command again"
@@ -56,3 +57,11 @@ def test_an_error_while_writing_is_its_own(tmp_path: Path) -> None:
     path.write_bytes(b"read")
     with pytest.raises(OSError, match="disk"), replacement(path, [path]):
         raise OSError("disk")
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc, where nobody makes a file")
+@pytest.mark.parametrize("check", [check_output, check_folder])
+def test_a_place_that_takes_no_file_is_told_whatever_its_permissions_say(check: Callable[[Path], None]) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        check(Path("/proc/x"))
+    assert str(caught.value) == "/proc/x: cannot be written: no write access to folder /proc"
