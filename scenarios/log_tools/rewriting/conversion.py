@@ -59,9 +59,7 @@ def format_of(path: Path, asked: str | None) -> LogFormat:
         if found is not None and found != asked:
             endings = ", ".join(one for one, form in SUFFIXES.items() if form == asked)
             valid = f"that ends in {endings}" if endings else "without an ending"
-            raise ScenarioError(
-                f"{path}: its name tells {found}, and --format {asked} is asked for; valid are names {valid}"
-            )
+            raise ScenarioError(f"{path}: its name tells {found}, --format {asked}; valid is a name {valid}")
         return LogFormat(asked)
     if found is None:
         valid = ", ".join(SUFFIXES)
