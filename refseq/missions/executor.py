@@ -86,7 +86,9 @@ class Executor:
         self._tasks: list[Task] = []
         self._after_tasks: Callable[[], None] = self._set_out
         self._before_pause = self.status, self._since
-        self._tell(f"the mission begins; {len(plan.orders)} orders over {plan.goal:.1f} m")
+        self._tell(
+            f"the mission begins; {len(plan.orders)} order{'s' * (len(plan.orders) != 1)} over {plan.goal:.1f} m"
+        )
         if not localised:
             self._begin(self._agenda.number)
 

@@ -35,7 +35,7 @@ from refseq_bench.scenarios.cli.terminal.outputs import PICTURE
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import assignments, check_folder, check_output, load_map, writing
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from refseq.map.map import Map
@@ -90,7 +90,7 @@ def plan(
     for number, door in enumerate(way.doors, 1):
         kind = "open" if door.passable else "closed, or something stands in it"
         say(out, f"door {number}: {door.along:6.1f} m, {door.beside}, {door.width:.2f} m wide, {kind}")
-    say(out, f"{mission_text}: {len(compiled.orders)} orders over {compiled.goal:.1f} m")
+    say(out, f"{mission_text}: {plural(len(compiled.orders), 'order')} over {compiled.goal:.1f} m")
     for line in str(compiled).split("\n"):
         say(out, line)
 
@@ -196,7 +196,7 @@ def page(
         check_folder(output)
     desk = MissionDesk(MapShelf(maps), output, lambda line: say(out, line), world)
     count = desk.serve(access.policy, lambda address: say(out, f"{maps}: open {address}; Ctrl-C ends it"))
-    say(out, f"{maps}: {count} missions were asked for")
+    say(out, f"{maps}: {plural(count, 'mission')} asked for")
 
 
 @app.command(

@@ -27,7 +27,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 from refseq_bench.scenarios.cli.terminal.outputs import PICTURE
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_output
-from refseq_bench.scenarios.tables import say
+from refseq_bench.scenarios.tables import plural, say
 
 BELOW = 1
 
@@ -111,7 +111,7 @@ def filmstrip(
     check_output(output)
     asked = FilmedDrive(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
     pictures = list(film(asked))
-    with saved(output, f"{len(pictures)} frames of {pictures[-1].time:.0f} s") as temporary:
+    with saved(output, f"{plural(len(pictures), 'frame')} of {pictures[-1].time:.0f} s") as temporary:
         drawn(asked, pictures).savefig(temporary)
 
 

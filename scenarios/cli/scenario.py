@@ -27,7 +27,7 @@ from refseq_bench.scenarios.cli.terminal.outputs import DRAWING, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_folder, check_new, replacement, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import print_whole, say
+from refseq_bench.scenarios.tables import plural, print_whole, say
 from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:
@@ -233,7 +233,7 @@ def _tell(results: "Sequence[Judged]") -> None:
         if apart:
             counted = Counter(result.verdict.value for result in apart)
             totals = ", ".join(f"{count} {verdict}" for verdict, count in counted.items())
-            say(out, f"{len(apart)} {'cases' if blocking else 'cases that are not blocking'}: {totals}")
+            say(out, f"{plural(len(apart), 'case')}{'' if blocking else ' not blocking'}: {totals}")
 
 
 def _leave(results: "Sequence[Judged]") -> None:
@@ -409,7 +409,7 @@ def curves(
     sweeps = sweeps_of([read_result(folder) for folder in folders], words(methods, "--methods") or ())
     with writing(output):
         replace_text(output, success_over_each(sweeps).standalone)
-    say(out, f"{output}: {len(sweeps)} curves")
+    say(out, f"{output}: {plural(len(sweeps), 'curve')}")
 
 
 @app.command(

@@ -11,9 +11,9 @@ from refseq_bench.scenarios.cli.terminal.options import (
     LIGHT,
     ROBOT,
     ROUTE,
+    WORLD_HELP,
     Along,
     Json,
-    Seed,
     World,
     defaulting,
     option,
@@ -69,7 +69,7 @@ def show(world: World, as_json: Json = False) -> None:
 Exit codes: 0 nothing found; 1 something found, one line each; 2 the plan cannot be read.""",
 )
 def check(
-    names: Annotated[list[str], typer.Argument(metavar="WORLD", help="Worlds, corridor:SEED, or plans (.toml).")],
+    names: Annotated[list[str], typer.Argument(metavar="WORLD", help=WORLD_HELP)],
 ) -> None:
     """Build worlds and look for things that stand in each other or in a robot's way."""
     from refseq_bench.scenarios.world_survey.facts import robot_boxes
@@ -230,15 +230,32 @@ def _lights(first: int, last: int, step: int, conditions: str) -> "tuple[LightSe
     return tuple(light_named(",".join(filter(None, (hour, conditions)))) for hour in clock)
 
 
-@app.command(cls=BenchCommand, epilog="Example: `refseq world generate --seed 7 -o mine.toml`")
-def generate(output: Annotated[Path, output_file(PLAN, "Plan to write")], seed: Seed = 1) -> None:
-    """Write the plan of a new corridor, to look at and go on with; `corridor:N` is the same without a file."""
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq world generate building:5,texture=0.3 -o mine.toml`
+* `refseq world generate hallway -o mine.toml`
+* `refseq world generate --seed 7 -o mine.toml`""",
+)
+def generate(
+    output: Annotated[Path, output_file(PLAN, "Plan to write")],
+    world: Annotated[
+        str | None,
+        typer.Argument(metavar="WORLD", help=f"{WORLD_HELP} [default: corridor:SEED]", show_default=False),
+    ] = None,
+    seed: Annotated[int | None, option("N", "Seed of a corridor, instead of WORLD. [default: 1]", min=0)] = None,
+) -> None:
+    """Write the plan of a world as a file, to look at and go on with."""
     from refseq.files import replace_text
-    from refseq_bench.worlds.plans.generate import corridor
+    from refseq_bench.worlds.plans.load import load_plan
     from refseq_bench.worlds.plans.write import plan_text
 
     check_new(output)
-    plan = corridor(seed)
+    if world is not None and seed is not None:
+        raise ScenarioError(f"--seed {seed} is that of a corridor; valid is WORLD or --seed, not both")
+    name = world or f"corridor:{1 if seed is None else seed}"
+    plan = load_plan(name)
     with writing(output):
-        replace_text(output, plan_text(plan, f"Made by: refseq world generate --seed {seed}"))
+        replace_text(output, plan_text(plan, f"Made by: refseq world generate {name}"))
     say(out, f"{output}: {plan.title}")

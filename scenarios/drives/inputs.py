@@ -4,7 +4,6 @@ import fcntl
 import hashlib
 import logging
 import math
-import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -106,8 +105,7 @@ def check_output(*paths: Path | None, of: Iterable[Path | None] = ()) -> None:
             raise ScenarioError(f"{path}: is a {kind}; valid is the name of a file to write")
         if not path.parent.is_dir():
             raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
-        if not os.access(path.parent, os.W_OK):
-            raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
+        _check_access(path, path.parent)
 
 
 def check_new(path: Path) -> None:
@@ -129,11 +127,16 @@ def check_folder(path: Path) -> None:
     there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
     if not there.is_dir():
         raise ScenarioError(f"{path}: {there} is no folder; valid is the name of a folder to fill")
+    _check_access(path, there)
+
+
+def _check_access(path: Path, folder: Path) -> None:
+    """Raise ``ScenarioError`` where nothing can be made in the ``folder`` that is to hold ``path``; nothing stays."""
     try:
-        with TemporaryDirectory(dir=there, prefix=".refseq-"):  # permissions tell nothing of /proc and the like
+        with TemporaryDirectory(dir=folder, prefix=".refseq-"):  # permissions tell nothing of /proc and the like
             pass
     except OSError:
-        raise ScenarioError(f"{path}: cannot be written: no write access to folder {there}") from None
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {folder}") from None
 
 
 @contextmanager

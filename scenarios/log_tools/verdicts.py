@@ -18,6 +18,7 @@ from refseq_bench.scenarios.log_tools.clocks.late import late_words
 from refseq_bench.scenarios.log_tools.splitting import DriveSplit, split_of
 from refseq_bench.scenarios.log_tools.survey import motion_origin
 from refseq_bench.scenarios.log_tools.travel import Travel
+from refseq_bench.scenarios.tables import plural
 
 FEW_VIEWS = 10
 """A map of fewer views has hardly an order of views to live by."""
@@ -125,7 +126,7 @@ def _learn(of: Prospect) -> LogVerdict:
     if of.troubles:
         return LogVerdict("learn", Usability.LIMITED, of.trouble, _commands(of, "learn"))
     if of.views < FEW_VIEWS:
-        reason = f"{of.views} views over {of.length:.1f} m: hardly an order of views to go by"
+        reason = f"{plural(of.views, 'view')} over {of.length:.1f} m: hardly an order of views to go by"
         return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "learn"))
     return LogVerdict("learn", Usability.WORKS, f"{of.views} places over {of.length:.1f} m", _commands(of, "learn"))
 

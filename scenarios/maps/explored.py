@@ -1,6 +1,7 @@
 """New paths of a map, made of what a drive shows beside it: learnt, written beside the map, and merged with it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,7 +32,8 @@ def explored_map(map_file: Path, found: Sequence[ExploredPath], target: Path) ->
     """Merge a map with new paths, and write these beside ``target``, then the larger map as ``target``.
 
     A map that was merged before is taken apart into its members, as ``refseq map merge`` does. Raises what that does,
-    and ``ScenarioError`` for a file of a new path that is there already; then nothing is written.
+    and ``ScenarioError`` for a file of a new path that is there already. Then nothing is written; where a file
+    cannot be, none stays.
     """
     files, before = members.with_members([map_file])
     new = [target.with_name(f"{one.map.names[0]}.refseq") for one in found]
@@ -40,8 +42,20 @@ def explored_map(map_file: Path, found: Sequence[ExploredPath], target: Path) ->
     read = [*read_maps(files, before), *(one.map for one in found)]
     wishes = in_order(before, read)
     merged = merge_maps(read, wishes=wishes)
-    for file, one in zip(new, found, strict=True):
-        one.map.save(file)
-    whole = members.with_record(merged, read, [*files, *new], target, wishes)
-    whole.save(target)
+    with _all_or_none(new):
+        for file, one in zip(new, found, strict=True):
+            one.map.save(file)
+        whole = members.with_record(merged, read, [*files, *new], target, wishes)
+        whole.save(target)
     return Exploration(whole, merged, read)
+
+
+@contextmanager
+def _all_or_none(files: Sequence[Path]) -> Iterator[None]:
+    """Remove ``files``, none of which was there before, where the block fails: they would bar a second try."""
+    try:
+        yield
+    except BaseException:
+        for file in files:
+            file.unlink(missing_ok=True)
+        raise

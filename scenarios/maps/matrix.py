@@ -24,7 +24,7 @@ from refseq.inference.matching.information import (
 from refseq.inference.matching.neighbours import Neighbours
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
-from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.scenarios.tables import TextTable, plural
 
 PICTURES = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Formats of pictures by the file's ending, and what keeps the hour out of them: the same map gives the same bytes."""
@@ -199,7 +199,7 @@ def _figure(matrix: IncidenceMatrix, title: str) -> Figure:
 def _draw_block(axes: Axes, matrix: IncidenceMatrix, key: str, height: int) -> AxesImage:
     """An extractor's panel, ``height`` pixels high."""
     block = matrix.blocks[key]
-    axes.set_title(f"{key}: {len(block)} features", loc="left", pad=4)
+    axes.set_title(f"{key}: {plural(len(block), 'feature')}", loc="left", pad=4)
     axes.tick_params(labelbottom=False)
     image = axes.imshow(
         _shares(matrix, block, height, WIDTH),

@@ -1,7 +1,7 @@
 """Routes in maps, as tables and in words."""
 
 from refseq.atlas.routes import Route
-from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.scenarios.tables import TextTable, plural
 
 
 def leg_table(found: Route) -> TextTable:
@@ -16,5 +16,4 @@ def route_in_words(found: Route) -> str:
     """Numbers of places and legs."""
     if not found.legs:
         return "the same place"
-    legs = "1 leg" if len(found.legs) == 1 else f"{len(found.legs)} legs"
-    return f"{len(found.places)} places, {legs}"
+    return f"{plural(len(found.places), 'place')}, {plural(len(found.legs), 'leg')}"

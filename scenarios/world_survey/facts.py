@@ -10,7 +10,7 @@ from rich.text import Text
 
 from refseq_bench import robots
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.scenarios.tables import TextTable, plural
 from refseq_bench.scenarios.world_survey.library import length, size_text, things
 from refseq_bench.worlds.check import RobotBox, geom_boxes
 from refseq_bench.worlds.light import PRESETS, LightSetting, light_named
@@ -49,7 +49,7 @@ def _about(plan: FloorPlan) -> Iterator[tuple[str, str]]:
     yield "things", _things_text(plan)
     lamps: tuple[LampRow | Post, ...] = (*plan.lamp, *plan.post)
     for lamp in lamps:
-        count = f"{lamp.count} lamps" if isinstance(lamp, LampRow) else "a street lamp"
+        count = plural(lamp.count, "lamp") if isinstance(lamp, LampRow) else "a street lamp"
         yield f"lamp {lamp.name}", f"{count} of {lamp.lumen:g} lm, {lamp.kelvin:g} K, switch {lamp.switch}"
     for name, points in plan.routes.items():
         (x0, y0), (x1, y1) = points[0], points[-1]

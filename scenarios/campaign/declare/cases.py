@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from refseq_bench.scenarios.campaign.declare.drivable import check_drive, check_signal_faults, named
+from refseq_bench.scenarios.campaign.declare.drivable import check_drive, check_learnable, check_signal_faults, named
 from refseq_bench.scenarios.campaign.declare.drive_seeds import added_seeds, check_apart
 from refseq_bench.scenarios.campaign.declare.expand import Values, expanded, put
 from refseq_bench.scenarios.campaign.declare.expectations import Expectation
@@ -301,9 +301,11 @@ def _check(case: Case, checked: set[str]) -> None:
     for side in case.sides:
         with named(side):
             source = case.source(side, scenario.seeds[0])
-            key = f"{source} {scenario.localise.sensors}"
+            key = f"{side == 'query'} {source} {scenario.localise.sensors}"
             if isinstance(source, Drive) and key not in checked:
                 check_drive(source, scenario.localise.sensors)
+                if side != "query":
+                    check_learnable(source)
                 checked.add(key)
     query = case.source("query", scenario.seeds[0])
     if isinstance(scenario, Scenario) and isinstance(query, Drive):

@@ -11,7 +11,7 @@ from refseq.view import LASER
 from refseq_bench import robots
 from refseq_bench.robots import Robot
 from refseq_bench.robots.behaviours.written import parse_behaviour
-from refseq_bench.scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
+from refseq_bench.scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, name_of_route, plan_of
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.sim.bench.faults import CameraBlack, check_driven, check_fault
 from refseq_bench.sim.cameras.library import load_camera
@@ -53,6 +53,22 @@ def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
         check_fault(fault, robot, length)
         if isinstance(fault, CameraBlack):
             _check_asked(fault.kind, (fault.camera,), _recorded(drive))
+
+
+def check_learnable(drive: Drive) -> None:
+    """Raise ``ScenarioError`` for a drive that ends before its second view: no map is learnt from one alone.
+
+    Where views are taken by turns, by time or on behaviours' way, it is known only when it was driven.
+    """
+    trigger = drive.trigger
+    if drive.behaviours or trigger.turn or trigger.time or not trigger.distance:
+        return
+    length = check_route(drive)
+    if length < trigger.distance:
+        raise ScenarioError(
+            f"{name_of_route(drive)}: {length:g} m, too short to learn from; valid are {trigger.distance:g} m or more, "
+            "where the second view is taken"
+        )
 
 
 def check_signal_faults(drive: Drive, faults: Sequence[SignalFault], sensors: Sequence[str] | None) -> None:

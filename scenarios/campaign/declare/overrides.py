@@ -18,6 +18,7 @@ from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable,
 from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import written_out
+from refseq_bench.scenarios.tables import plural
 from refseq_bench.sim.rendering.renderer import RendererKind
 
 NOBODY = "none"
@@ -77,8 +78,7 @@ def judged_instead(declared: Sequence[Case], asked: Sequence[Case]) -> Iterator[
     pairs = [(was.scenario.judged, now.scenario) for was, now in zip(declared, asked, strict=True)]
     replaced = Counter((was, now.judged) for was, now in pairs if was not in now.methods)
     for (was, now), count in replaced.items():
-        cases = f"{count} cases" if count > 1 else "1 case"
-        yield f"{was}, which is judged in {cases}, does not run; {now} is judged there"
+        yield f"{was}, which is judged in {plural(count, 'case')}, does not run; {now} is judged there"
 
 
 def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:

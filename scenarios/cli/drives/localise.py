@@ -4,7 +4,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_json, print_results
+from refseq_bench.scenarios.cli.terminal.console import err, leave_below, out, print_json, print_results
 from refseq_bench.scenarios.cli.terminal.options import (
     AtLeast,
     GroundTruthRule,
@@ -78,10 +78,21 @@ def localise(
     truth = None if ground_truth is None else _ground_truth(ground_truth, (map_, map_file), (drive, query), selection)
     if truth is None:
         check_scorable(map_, drive, at_least)
+        if worlds := other_worlds(map_, drive):
+            say(err, f"note: {worlds}: true poses of two worlds are compared, and right or wrong tell little")
     comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
     if output is not None and trajectory is not None:
         _write_trajectories(comparison, map_, output, trajectory, quiet=as_json)
     conclude(comparison, map_, output, at_least, as_json=as_json, truth=truth)
+
+
+def other_worlds(map_: "Map", drive: "Recording") -> str:
+    """Name the worlds of a map and of a drive in a clause, where both are told and the drive's is none of the map's."""
+    learnt = [world for one in map_.sequences if (world := str(one.metadata.get("world", "")))]
+    asked = str(drive.metadata.get("world", ""))
+    if not asked or len(learnt) < len(map_.sequences) or asked in learnt:
+        return ""
+    return f"{asked} is the drive's world, and {', '.join(dict.fromkeys(learnt))} the map's"
 
 
 def _ground_truth(

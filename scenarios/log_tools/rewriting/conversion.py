@@ -48,12 +48,19 @@ class ViewWriter(Protocol):
 
 
 def format_of(path: Path, asked: str | None) -> LogFormat:
-    """The format asked for, or that of the name. Raises ``ScenarioError`` for another, and a name without one."""
+    """The format asked for, or that of the name.
+
+    Raises ``ScenarioError`` for another, for a name that tells another than is asked for, and without any.
+    """
+    found = SUFFIXES.get(path.suffix.lower())
     if asked is not None:
         if asked not in tuple(LogFormat):
             raise ScenarioError(f"format {asked!r} is unknown; valid are {FORMATS}")
+        if found is not None and found != asked:
+            endings = ", ".join(one for one, form in SUFFIXES.items() if form == asked)
+            valid = f"that ends in {endings}" if endings else "without an ending"
+            raise ScenarioError(f"{path}: its name tells {found}, --format {asked}; valid is a name {valid}")
         return LogFormat(asked)
-    found = SUFFIXES.get(path.suffix.lower())
     if found is None:
         valid = ", ".join(SUFFIXES)
         raise ScenarioError(f"{path}: its name tells no format; valid are names in {valid}, or --format: {FORMATS}")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from refseq.errors import MapError
 from refseq.files import replace_bytes
 from refseq.logs import RecordingWriter
 from refseq.map.growth import adding
@@ -160,6 +161,23 @@ def test_a_file_that_has_a_new_path_s_name_is_not_written_over(refseq: Refseq, h
     )
     assert (here / "ahead-1.refseq").read_bytes() == b"of another drive"
     assert not (here / "whole.refseq").exists()
+
+
+def test_where_the_larger_map_cannot_be_written_no_new_path_stays(
+    refseq: Refseq, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, save = {file.name: file.read_bytes() for file in here.iterdir()}, Map.save
+
+    def full(map_: Map, path: Path) -> None:
+        if path.name == "whole.refseq":
+            raise MapError(f"{path}: cannot be written: the disk is full")
+        save(map_, path)
+
+    monkeypatch.setattr(Map, "save", full)
+    answer = refseq("map", "add", "map.refseq", "ahead.mcap", "--explore", "-o", "whole.refseq")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == "error: whole.refseq: cannot be written: the disk is full\n"
+    assert {file.name: file.read_bytes() for file in here.iterdir()} == before
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ def test_in_an_atlas_one_says_where_to(refseq: Refseq, here: Path) -> None:
     assert answer.code == 0
     sequence = Map.load(here / "offices.refseq")
     length = sequence.paths[0].along[9] - sequence.paths[0].along[2]
-    assert f"learnt: 1 orders over {length:.1f} m" in answer.out
+    assert f"learnt: 1 order over {length:.1f} m" in answer.out
 
 
 @pytest.mark.parametrize(

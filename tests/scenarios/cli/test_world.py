@@ -147,10 +147,31 @@ def test_generate_writes_the_corridor_of_that_seed(worlds: Worlds, tmp_path: Pat
     answer = worlds("generate --seed 7 -o mine.toml")
     assert (answer.code, answer.out) == (0, f"mine.toml: {corridor(7).title}\n")
     assert load_plan(tmp_path / "mine.toml") == load_plan("corridor:7") == corridor(7)
-    assert (tmp_path / "mine.toml").read_text().startswith("# Made by: refseq world generate --seed 7\n")
+    assert (tmp_path / "mine.toml").read_text().startswith("# Made by: refseq world generate corridor:7\n")
     again = worlds("generate --seed 8 -o mine.toml")  # somebody may have gone on with it
     assert (again.code, again.err) == (2, "error: mine.toml: is there already; valid is a new file\n")
     assert load_plan(tmp_path / "mine.toml") == corridor(7)
+
+
+@pytest.mark.parametrize("name", ["building:5,texture=0.3,width=2", "corridor:3,glass=0.2", "annex"])
+def test_generate_takes_worlds_by_the_names_that_other_commands_take(worlds: Worlds, tmp_path: Path, name: str) -> None:
+    answer = worlds(f"generate {name} -o mine.toml")
+    assert (answer.code, answer.out) == (0, f"mine.toml: {load_plan(name).title}\n")
+    assert load_plan(tmp_path / "mine.toml") == load_plan(name)
+    assert (tmp_path / "mine.toml").read_text().startswith(f"# Made by: refseq world generate {name}\n")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("building:5 --seed 5", "--seed 5 is that of a corridor; valid is WORLD or --seed, not both"),
+        ("building:5,glass=2", "world 'building:5,glass=2': glass = '2' is not valid; it should be from 0 to 0.9"),
+    ],
+)
+def test_generate_refuses_a_world_that_is_none(worlds: Worlds, tmp_path: Path, given: str, told: str) -> None:
+    answer = worlds(f"generate {given} -o mine.toml")
+    assert (answer.code, answer.out, answer.err) == (2, "", f"error: {told}\n")
+    assert not (tmp_path / "mine.toml").exists()
 
 
 def test_lengths_that_are_told_are_those_of_the_lines() -> None:

@@ -1,13 +1,14 @@
-"""Outputs: no device in their place, and no file lost that another command replaces while it is read."""
+"""Outputs: places that take none, and files that another command replaces while they are read."""
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from refseq.files import replace_bytes
-from refseq_bench.scenarios.drives.inputs import check_output, replacement
+from refseq_bench.scenarios.drives.inputs import check_folder, check_output, replacement
 from refseq_bench.scenarios.errors import ScenarioError
 
 CHANGED = "has changed since it was read; valid is to run the command again"
@@ -63,3 +64,11 @@ def test_a_pipe_is_nothing_to_write_a_result_over(tmp_path: Path) -> None:
     os.mkfifo(pipe := tmp_path / "map.refseq")
     with pytest.raises(ScenarioError, match=r"map\.refseq: is a device, pipe or socket; valid is the name of a file"):
         check_output(pipe)
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc, where nobody makes a file")
+@pytest.mark.parametrize("check", [check_output, check_folder])
+def test_a_place_that_takes_no_file_is_told_whatever_its_permissions_say(check: Callable[[Path], None]) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        check(Path("/proc/x"))
+    assert str(caught.value) == "/proc/x: cannot be written: no write access to folder /proc"

@@ -132,6 +132,10 @@ BAD = {
     "route": (GOOD + 'route = "up"\n', "query: unknown route 'up' in world 'hallway': valid are forward"),
     "end behind the route's": (GOOD + "end = 500.0\n", "query: start 0.0 m and end 500 m are no stretch of route"),
     "start behind end": (GOOD + "start = 20.0\n", "query: start 20.0 m and end 20 m are no stretch of route"),
+    "too short to learn from": (
+        GOOD.replace("end = 20.0", "end = 0.1"),
+        "reference: forward from 0 m to 0.1 m: 0.1 m, too short to learn from; valid are 0.85 m or more",
+    ),
     "one waypoint": (GOOD + "waypoints = [[1.0, 1.0]]\n", "query: one of waypoints is no route; valid are"),
     "waypoint in space": (GOOD + "waypoints = [[1.0, 1.0, 1.0]]\n", "query.waypoints.0 = [1.0, 1.0, 1.0] is not valid"),
     "change": (GOOD + 'change = "earthquake"\n', "query: change 'earthquake': unknown"),

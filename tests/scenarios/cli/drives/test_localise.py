@@ -90,6 +90,19 @@ def test_a_drive_is_localised_in_an_atlas(refseq: Refseq, here: Path) -> None:
     assert row(answer.out, "says lost") == lost
 
 
+@pytest.mark.parametrize("world", ["hallway", "annex"])
+def test_a_drive_of_another_world_than_the_map_s_is_noted(refseq: Refseq, here: Path, world: str) -> None:
+    with RecordingWriter(here / "of-world.mcap", {"world": world}) as writer:
+        for view in corridor_drive(np.random.default_rng(2), count=6, size=96):
+            writer.write(view, Pose(0, 0, 0))
+    answer = refseq("localise", "atlas.refseq", "of-world.mcap", "--stage", "uniform")
+    told = (
+        "note: annex is the drive's world, and hallway the map's: true poses of two worlds are compared, and right or "
+        "wrong tell little\n"
+    )
+    assert (answer.code, answer.err) == (0, "" if world == "hallway" else told)
+
+
 @pytest.mark.parametrize("scale", [1.0, 1.3])
 def test_an_odometer_whose_metres_are_others_than_the_map_s_is_told(refseq: Refseq, here: Path, scale: float) -> None:
     """On the terminal, to other programs, view by view in the table of beliefs, and on the page of a report."""

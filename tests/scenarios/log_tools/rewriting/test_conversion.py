@@ -1,6 +1,7 @@
 """Converted logs, read back: nothing that a format has a place for may be lost on the way."""
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -82,6 +83,20 @@ def test_the_format_is_that_of_the_name_unless_it_is_asked_for(tmp_path):
         format_of(tmp_path / "out", None)
     with pytest.raises(ScenarioError, match="format 'ply' is unknown"):
         format_of(tmp_path / "out", "ply")
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "told"),
+    [
+        ("out.mcap", "tum", "its name tells mcap, --format tum; valid is a name that ends in .tum"),
+        ("out.tum", "carmen", "its name tells tum, --format carmen; valid is a name that ends in .log, .clf, .carmen"),
+        ("out.mcap", "rosbag2", "its name tells mcap, --format rosbag2; valid is a name without an ending"),
+    ],
+)
+def test_a_name_that_tells_another_format_is_refused(name, form, told):
+    with pytest.raises(ScenarioError) as caught:
+        format_of(Path(name), form)
+    assert str(caught.value) == f"{name}: {told}"
 
 
 @pytest.mark.parametrize("form", NAMES)
