@@ -27,10 +27,14 @@ class FaultSpan:
 
 @dataclass(frozen=True, slots=True)
 class RouteProgress:
-    """Distance of each view along its route [m]; ``kidnapped`` are the first views after each kidnap."""
+    """Distance of each view along its route [m].
+
+    ``kidnapped`` are the first views after each kidnap that was seen, and ``seen`` the numbers of these kidnaps.
+    """
 
     along: tuple[float, ...]
     kidnapped: tuple[int, ...]
+    seen: tuple[int, ...]
 
 
 def fault_spans(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[FaultSpan, ...]:
@@ -48,8 +52,8 @@ def fault_spans(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[
     way = way_along(views, carries)
     reached = _reached(way, carries)
     carried = [
-        FaultSpan(f"kidnap at {float(fault['at']):g} m", view, view, carried=True)
-        for fault, view in zip(kidnaps, way.kidnapped, strict=False)
+        FaultSpan(f"kidnap at {carries[kidnap][0]:g} m", view, view, carried=True)
+        for kidnap, view in zip(way.seen, way.kidnapped, strict=True)
     ]
     others = [_stretch(fault, views, way.along, reached) for fault in faults if fault["kind"] != "kidnap"]
     found = [*carried, *(one for one in others if one is not None)]
@@ -75,9 +79,10 @@ def _is_fault(told: object) -> bool:
 def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> RouteProgress:
     """The way that views lie along the route; ``kidnaps`` are those of the drive in their order, from where to where.
 
-    From the first view without a true pose on nothing is known. A kidnap of less than ``JUMP`` is not seen.
+    From the first view without a true pose on nothing is known. A kidnap of less than ``JUMP`` is not seen, and one
+    that another carried the robot past did not happen: the one that is seen is that which lies nearest.
     """
-    coming, carried = list(kidnaps), []
+    coming, carried, seen = range(len(kidnaps)), list[int](), list[int]()
     along = [0.0] if views else []
     for number, (before, view) in enumerate(pairwise(views), start=1):
         if before.truth is None or view.truth is None:
@@ -85,19 +90,21 @@ def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> 
             continue
         step = apart(before.truth, view.truth)
         if coming and is_carried(step, abs(view.distance)):
-            start, end = coming.pop(0)
+            kidnap = min(coming, key=lambda one: abs(kidnaps[one][0] - along[-1]))
+            (start, end), coming = kidnaps[kidnap], coming[coming.index(kidnap) + 1 :]
             carried.append(number)
+            seen.append(kidnap)
             along.append(end + max(0.0, abs(view.distance) - (start - along[-1])))
         else:
             along.append(along[-1] + step)
-    return RouteProgress(tuple(along), tuple(carried))
+    return RouteProgress(tuple(along), tuple(carried), tuple(seen))
 
 
 def _reached(way: RouteProgress, kidnaps: Sequence[tuple[float, float]]) -> list[float]:
     """The farthest along the route that the robot came between each view and the one before [m]."""
     reached = list(way.along)
-    for (start, _), view in zip(kidnaps, way.kidnapped, strict=False):
-        reached[view] = max(reached[view], start)
+    for kidnap, view in zip(way.seen, way.kidnapped, strict=True):
+        reached[view] = max(reached[view], kidnaps[kidnap][0])
     return reached
 
 

@@ -55,6 +55,25 @@ def test_after_a_kidnap_the_way_goes_on_from_where_the_robot_was_set_down(to: fl
     assert FaultSpan(f"laser dazzled from {to + 1:g} m", *met) in found
 
 
+@pytest.mark.parametrize("unseen", [{"at": 5.0, "to": 6.0}, {"at": 5.0, "to": 3.5}])
+def test_a_kidnap_that_is_not_seen_gives_its_name_to_no_other(unseen: dict[str, float]) -> None:
+    xs = [*map(float, range(6)), *np.arange(unseen["to"] + 1, 12).tolist(), 2.5, 3.5, 4.5]
+    views = drive(xs, [0.0, *[1.0] * (len(xs) - 1)])
+    later = {"kind": "kidnap", "at": 12.0, "to": 2.0}
+    carried = len(views) - 3
+    assert fault_spans(views, told({"kind": "kidnap", **unseen}, later)) == (
+        FaultSpan("kidnap at 12 m", carried, carried, carried=True),
+    )
+    way = way_along(views, [(unseen["at"], unseen["to"]), (12.0, 2.0)])
+    assert way.along[-1] == pytest.approx(4.5, abs=JUMP)  # what was not seen is not counted
+
+
+def test_a_kidnap_that_another_carries_the_robot_past_gives_its_name_to_no_other() -> None:
+    views = drive([0.0, 1.0, 2.0, 11.0, 12.0, 13.0, 4.0, 5.0], [0.0, *[1.0] * 7])
+    kidnaps = [{"kind": "kidnap", "at": at, "to": to} for at, to in ((2.0, 10.0), (8.0, 1.0), (13.0, 3.0))]
+    assert [span.label for span in fault_spans(views, told(*kidnaps))] == ["kidnap at 2 m", "kidnap at 13 m"]
+
+
 on_views = st.integers(0, 24).map(lambda half: half / 2)
 between_views = on_views.map(lambda way: way + 0.25)
 
