@@ -26,7 +26,7 @@ from refseq_bench.scenarios.campaign.pages.junit import write_junit
 from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot, sweep_plot_of
 from refseq_bench.scenarios.campaign.run.machine import this_machine
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.campaign.store.result_file import RESULT, CampaignRecord, write_result
+from refseq_bench.scenarios.campaign.store.result_file import RESULT, CampaignRecord, by_scenario, write_result
 from refseq_bench.scenarios.drives.inputs import writing
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -83,8 +83,7 @@ class Results:
 
     def _plots(self) -> list[SweepPlot]:
         """The sweep plots of those scenarios of which all cases are judged; each is drawn once."""
-        for scenario in dict.fromkeys(case.scenario for case in self._record.cases):
-            cases = [case for case in self._record.cases if case.scenario == scenario]
+        for scenario, cases in by_scenario(self._record.cases).items():
             if scenario not in self._sweep_plots and all(case.verdict is not None for case in cases):
                 self._sweep_plots[scenario] = sweep_plot_of(cases)
         return [plot for plot in self._sweep_plots.values() if plot is not None]

@@ -12,7 +12,7 @@ from junitparser import Attr, Error, Failure, JUnitXml, Skipped, TestCase, TestS
 
 from refseq.files import replacing_at
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
-from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord, by_scenario
 
 JUNIT = "junit.xml"
 RAN = "ran"
@@ -35,8 +35,7 @@ def write_junit(folder: Path, record: CampaignRecord) -> None:
 def junit(record: CampaignRecord) -> JUnitXml:
     """The verdicts of a campaign."""
     found = JUnitXml("refseq scenario run")
-    for scenario in dict.fromkeys(case.scenario for case in record.cases):
-        cases = [case for case in record.cases if case.scenario == scenario]
+    for scenario, cases in by_scenario(record.cases).items():
         suite = TestSuite(_clean(scenario))
         # UTC by the format's definition; its schema has no room for a zone.
         suite.timestamp = record.started.removesuffix("+00:00")

@@ -119,7 +119,7 @@ def sweep_plot_of(cases: Sequence[CaseRecord]) -> SweepPlot | None:
 
 
 def sweeps_of(campaigns: Sequence[CampaignRecord], methods: Collection[str]) -> list[Sweep]:
-    """The sweep of each scenario that varies one key; of a case that ran twice the later counts.
+    """The sweep of each scenario that varies one key; of a case judged twice the later counts.
 
     ``methods`` are those to show, all where there are none. Raises ``ScenarioError`` where nothing is left to show.
     """

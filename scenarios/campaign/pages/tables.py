@@ -29,7 +29,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
 from refseq_bench.scenarios.campaign.pages.track_score import ALL, declared_seeds, scored_together
-from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, by_scenario
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.words import span_words
 from refseq_bench.scenarios.tables import NONE
@@ -114,8 +114,7 @@ class CampaignRuns:
 
 def _together(campaign: CampaignRecord) -> Iterator[CaseRecord]:
     """The cases of each scenario of several as one."""
-    for scenario in dict.fromkeys(case.scenario for case in campaign.cases):
-        cases = [case for case in campaign.cases if case.scenario == scenario]
+    for cases in by_scenario(campaign.cases).values():
         if len(cases) > 1 and all(case.methods for case in cases):
             yield scored_together(cases)
 

@@ -65,7 +65,7 @@ class Validity:
 
 
 def validities(campaigns: Sequence[CampaignRecord], figure: str) -> list[Validity]:
-    """The validity of each scenario that has pairs, by one of ``FIGURES``; of a case that ran twice the later counts.
+    """The validity of each scenario that has pairs, by one of ``FIGURES``; of a case judged twice the later counts.
 
     Raises ``ScenarioError`` where no scenario has a pair with answers.
     """

@@ -224,12 +224,24 @@ class CampaignRecord(Record):
         return sum(one.verdict is verdict and blocking in (None, one.blocking) for one in self.cases)
 
 
-def cases_by_scenario(campaigns: Iterable[CampaignRecord]) -> dict[str, list[CaseRecord]]:
-    """Cases of several campaigns by their scenario; of a case that ran twice the later counts."""
+def by_scenario(cases: Iterable[CaseRecord]) -> dict[str, list[CaseRecord]]:
+    """Cases by their scenario, in their order."""
     found: dict[str, list[CaseRecord]] = {}
-    for case in {case.name: case for campaign in campaigns for case in campaign.cases}.values():
+    for case in cases:
         found.setdefault(case.scenario, []).append(case)
     return found
+
+
+def cases_by_scenario(campaigns: Iterable[CampaignRecord]) -> dict[str, list[CaseRecord]]:
+    """Cases of several campaigns by their scenario; of a case that was judged twice the later counts.
+
+    One that was not judged, as its campaign was ended before, counts only where no other is.
+    """
+    latest: dict[str, CaseRecord] = {}
+    for case in (case for campaign in campaigns for case in campaign.cases):
+        if case.verdict is not None or case.name not in latest:
+            latest[case.name] = case
+    return by_scenario(latest.values())
 
 
 def write_result(folder: Path, record: CampaignRecord) -> None:

@@ -14,6 +14,7 @@ from refseq_bench.scenarios.campaign.store.result_file import (
     MethodRecord,
     RunRecord,
     ShareRecord,
+    cases_by_scenario,
 )
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -74,6 +75,15 @@ def test_a_later_campaign_counts_and_pairs_may_come_from_two() -> None:
     first, second = campaign(case("real/x", dict.fromkeys(GOOD, (0,))), case("twin/x", GOOD)), case("real/x", GOOD)
     (found,) = validities([first, campaign(second)], "success")
     np.testing.assert_array_equal(found.pairs[0].real, found.pairs[0].twin)
+
+
+def test_a_later_campaign_that_was_ended_before_a_case_hides_no_answers_of_it() -> None:
+    whole, opened = case("real/x", GOOD), case("real/x", {}).model_copy(update={"verdict": None})
+    pages = [campaign(whole, case("twin/x", GOOD)), campaign(opened)]
+    (found,) = validities(pages, "success")
+    assert [pair.name for pair in found.pairs] == ["x"]
+    assert cases_by_scenario([campaign(opened), campaign(opened)]) == {"laser": [opened]}
+    assert cases_by_scenario([campaign(opened), campaign(whole)]) == {"laser": [whole]}
 
 
 def test_pairs_that_change_places_are_told() -> None:
