@@ -6,7 +6,7 @@ The judged method of each case is compared with every other one on the same view
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
@@ -125,12 +125,12 @@ def comparison_rows(case: CaseRecord) -> list[ComparisonRow]:
     ]  # fmt: skip
 
 
-def power_rows(record: CampaignRecord) -> list[PowerRow]:
-    """The cases that compare methods, a row each."""
+def power_rows(cases: Iterable[CaseRecord], found: Iterable[MethodComparison]) -> list[PowerRow]:
+    """The cases that compare methods, a row each, by the campaign's ``corrected`` comparisons."""
     by_case: dict[str, list[MethodComparison]] = {}
-    for one in corrected(record):
+    for one in found:
         by_case.setdefault(one.case, []).append(one)
-    return [_power_row(case, by_case[case.name]) for case in record.cases if case.name in by_case]
+    return [_power_row(case, by_case[case.name]) for case in cases if case.name in by_case]
 
 
 def _power_row(case: CaseRecord, found: Sequence[MethodComparison]) -> PowerRow:
@@ -164,9 +164,8 @@ def smallest_words(case: CaseRecord) -> list[str]:
     return ["no difference can be shown" if smallest == NONE else f"differences from {smallest} points on can be shown"]
 
 
-def power_line(record: CampaignRecord) -> str:
-    """Smallest difference that the seeds show after Holm's correction, told; empty where nothing is compared."""
-    found = corrected(record)
+def power_line(found: Sequence[MethodComparison]) -> str:
+    """Differences that a campaign's ``corrected`` comparisons show, told; empty where nothing is compared."""
     if not found:
         return ""
     count, seeds = len(found), max(one.seeds for one in found)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from refseq_bench.scenarios.campaign.declare.outcomes import VERDICTS, Verdict
-from refseq_bench.scenarios.campaign.pages.decisive import power_line, power_rows, undecided
+from refseq_bench.scenarios.campaign.pages.decisive import corrected, power_line, power_rows, undecided
 from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 from refseq_bench.scenarios.report.page import rendered
@@ -41,6 +41,7 @@ def index_page(record: CampaignRecord, sweep_plots: Sequence[SweepPlot]) -> str:
     """The page of a campaign."""
     blocking = [case for case in record.cases if case.blocking]
     others = [case for case in record.cases if not case.blocking]
+    comparisons = corrected(record)
     return rendered(
         "campaign.html.j2",
         title=f"Campaign: {verdict_line(record)}",
@@ -53,8 +54,8 @@ def index_page(record: CampaignRecord, sweep_plots: Sequence[SweepPlot]) -> str:
         verdicts=VERDICTS,
         seconds=duration_text(record.seconds),
         sweep_plots=sweep_plots,
-        power_line=power_line(record),
-        power=power_rows(record),
+        power_line=power_line(comparisons),
+        power=power_rows(record.cases, comparisons),
     )
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from refseq_bench.scenarios.campaign.pages.decisive import power_line, smallest_words, undecided
+from refseq_bench.scenarios.campaign.pages.decisive import corrected, power_line, smallest_words, undecided
 from refseq_bench.scenarios.campaign.pages.index import INDEX, index_row, verdict_line
 from refseq_bench.scenarios.campaign.pages.summary import Summary, plain
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
@@ -47,7 +47,7 @@ def print_report(record: CampaignRecord, folder: Path, console: Console, *, figu
             print_whole(console, _verdicts(title, cases))
             for line in _reasons(cases):
                 say(console, line)
-    if line := power_line(record):
+    if line := power_line(corrected(record)):
         say(console, line)
     if figures:
         for case in _with_figures(record):
@@ -131,7 +131,7 @@ def report_markdown(record: CampaignRecord, *, figures: bool) -> str:
         rows.append((verdict, row.name, row.judged, _within(row.success, row.within), row.met, why))
     headings = ("verdict", "case", "judged method", "success", "met", "why")
     parts = [f"**{verdict_line(record)}**, {duration_text(record.seconds)}\n", markdown_table(headings, rows)]
-    parts += [f"{line}.\n"] if (line := power_line(record)) else []
+    parts += [f"{line}.\n"] if (line := power_line(corrected(record))) else []
     if figures:
         for case in _with_figures(record):
             of_methods, *methods = _figures(case)

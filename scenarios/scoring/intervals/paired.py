@@ -11,7 +11,7 @@ anew knows much less of so few: for five differences of 29 to 32 points it finds
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ class PairedDifference:
     smallest: float
 
 
-@lru_cache(maxsize=10_000)  # a campaign's index is written anew after each case
+@cache  # a campaign's index is written anew after each case; no bound holds all comparisons of the largest one
 def paired_difference(ours: tuple[float, ...], others: tuple[float, ...], floor: float = 0.0) -> PairedDifference:
     """Compare two methods by their shares, an entry a seed, two at least.
 

@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.pages import decisive
 from refseq_bench.scenarios.campaign.pages.decisive import (
     MOST_SEEDS,
     comparison_rows,
@@ -14,7 +15,7 @@ from refseq_bench.scenarios.campaign.pages.decisive import (
 from refseq_bench.scenarios.campaign.pages.index import index_page
 from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
 from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, RunRecord, SeedRecord, write_result
-from refseq_bench.scenarios.scoring.intervals.paired import comparisons_shown, least_p
+from refseq_bench.scenarios.scoring.intervals.paired import comparisons_shown, least_p, paired_difference
 from tests.scenarios.campaign.pages.test_text_report import campaign, case, method
 from tests.scenarios.conftest import Refseq
 from tests.scenarios.report.test_document import Page
@@ -73,8 +74,9 @@ def test_comparisons_are_corrected_over_all_cases() -> None:
 
 def test_two_seeds_show_nothing_and_say_what_would() -> None:
     record = campaign(asked("few", a=[91, 93], b=[60, 64]))
-    assert power_line(record).endswith("2 seeds can show none of so many, 3 could")
-    assert power_rows(record)[0].smallest == "n/a"
+    found = corrected(record)
+    assert power_line(found).endswith("2 seeds can show none of so many, 3 could")
+    assert power_rows(record.cases, found)[0].smallest == "n/a"
 
 
 def test_seeds_are_counted_that_both_methods_have() -> None:
@@ -83,8 +85,9 @@ def test_seeds_are_counted_that_both_methods_have() -> None:
     ours, broken, whole = telling.methods
     broken = broken.model_copy(update={"runs": {seed: broken.runs[seed] for seed in (1, 2, 3)}})
     record = telling.model_copy(update={"methods": (ours, broken, whole)})
-    assert [one.seeds for one in corrected(campaign(record))] == [3, 5]
-    assert power_rows(campaign(record))[0].seeds == "3 to 5"
+    found = corrected(campaign(record))
+    assert [one.seeds for one in found] == [3, 5]
+    assert power_rows([record], found)[0].seeds == "3 to 5"
     assert [row.p for row in comparison_rows(record)] == ["≤ 0.028", "≤ 0.00077"]
 
 
@@ -92,7 +95,7 @@ def test_seven_seeds_are_the_most_that_are_told_to_show_more() -> None:
     """From there on the resamples that are drawn, and not the seeds, are the bound."""
     assert least_p(MOST_SEEDS - 1) > least_p(MOST_SEEDS) == least_p(MOST_SEEDS + 1)
     apart = {f"b{number}": [90] * 6 for number in range(comparisons_shown(6) + 1)}
-    assert power_line(campaign(asked("many", a=[90] * 6, **apart))).endswith(
+    assert power_line(corrected(campaign(asked("many", a=[90] * 6, **apart)))).endswith(
         "6 seeds can show none of so many, 7 could"
     )
 
@@ -100,8 +103,20 @@ def test_seven_seeds_are_the_most_that_are_told_to_show_more() -> None:
 @pytest.mark.parametrize("seeds", [5, 9, 10, 12])
 def test_enough_seeds_are_not_said_to_show_nothing(seeds: int) -> None:
     record = campaign(asked("many", a=[91 + k % 2 for k in range(seeds)], b=[60 + k % 3 for k in range(seeds)]))
-    assert power_line(record).endswith("1 of 1 comparisons with the judged method show a difference after Holm's "
-                                       "correction, 1 before it")  # fmt: skip
+    line = power_line(corrected(record))
+    assert line.startswith("1 of 1 comparisons with the judged method show a difference after Holm's correction")
+    assert line.endswith(", 1 before it")
+
+
+def test_index_compares_each_pair_once_and_keeps_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Comparisons are many and each takes 9 ms; the index is written after each case."""
+    asked_for: list[object] = []
+    monkeypatch.setattr(
+        decisive, "paired_difference", lambda *of, **more: asked_for.append(of) or paired_difference(*of, **more)
+    )
+    index_page(campaign(EASY, TELLING), [])
+    assert len(asked_for) == 3
+    assert paired_difference.cache_info().maxsize is None
 
 
 def test_every_page_flags_and_tells(tmp_path: Path, refseq: Refseq) -> None:
