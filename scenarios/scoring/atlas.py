@@ -84,9 +84,11 @@ class AtlasScore:
     shares: SequenceShares = NO_SHARES
 
 
-def atlas_score(comparison: Comparison, method: str, tolerance: Tolerance) -> AtlasScore:
-    """Judge one method's answers to a drive, where several were learnt."""
-    path = path_of(comparison)
+def atlas_score(
+    comparison: Comparison, method: str, tolerance: Tolerance, path: ReferencePath | None = None
+) -> AtlasScore:
+    """Judge one method's answers to a drive, where several were learnt; ``path`` as in ``score``."""
+    path = path or path_of(comparison)
     near = path.near(comparison.query_views, tolerance)
     beliefs = comparison.beliefs[method]
     merging = comparison.mergings.get(method)

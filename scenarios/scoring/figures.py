@@ -15,7 +15,7 @@ from refseq_bench.scenarios.scoring.comparison import Comparison, shared_methods
 from refseq_bench.scenarios.scoring.consistency.consistency import Consistency, consistency, pool_consistency
 from refseq_bench.scenarios.scoring.intervals.bootstrap import interval_over_runs
 from refseq_bench.scenarios.scoring.outcome import Outcome
-from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, remembered_path_of
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, median_way
 from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score, harm, pool, score
@@ -54,9 +54,19 @@ class Figures:
     atlas: AtlasScore | None = None
 
 
+_Run = tuple[Comparison, ReferencePath]
+_Scores = Mapping[tuple[str, Tolerance], tuple[Score, ...]]
+
+
 def figures(comparisons: Sequence[Comparison], wide: Tolerance = WIDE, narrow: Tolerance = NARROW) -> list[Figures]:
     """The figures of each method that all comparisons have answers of, within two tolerances."""
-    return [_figures(comparisons, method, wide, narrow) for method in shared_methods(comparisons)]
+    methods, runs = shared_methods(comparisons), [(one, remembered_path_of(one)) for one in comparisons]
+    scores = {
+        (method, near): tuple(score(one, method, near, path) for one, path in runs)
+        for method in methods
+        for near in (wide, narrow)
+    }
+    return [_figures(runs, method, scores, wide, narrow) for method in methods]
 
 
 def step_times(timings: Sequence[Timings]) -> Mapping[str, Spread]:
@@ -64,10 +74,12 @@ def step_times(timings: Sequence[Timings]) -> Mapping[str, Spread]:
     return MappingProxyType({step: _spread([1000 * getattr(one, step) for one in timings]) for step in STEPS})
 
 
-def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, narrow: Tolerance) -> Figures:
+def _figures(runs: Sequence[_Run], method: str, scores: _Scores, wide: Tolerance, narrow: Tolerance) -> Figures:
+    comparisons = [one for one, _ in runs]
     timings = [belief.timings for one in comparisons for belief in one.beliefs[method]]
-    wide_runs, narrow_runs = (tuple(score(one, method, near) for one in comparisons) for near in (wide, narrow))
+    wide_runs, narrow_runs = scores[method, wide], scores[method, narrow]
     pooled = pool(wide_runs)
+    single = scores.get((single_view_of(method) or "", wide))
     return Figures(
         method=method,
         wide=pooled,
@@ -76,27 +88,20 @@ def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, na
         wide_runs=wide_runs,
         narrow_runs=narrow_runs,
         times=step_times(timings),
-        harm=_harm(comparisons, method, pooled) if pooled.scored else None,
+        harm=harm(pooled, pool(single)) if single and pooled.scored else None,
         consistency=pool_consistency([consistency(one, method, wide) for one in comparisons]),
-        atlas=_atlas(comparisons, method, wide),
+        atlas=_atlas(runs, method, wide),
     )
 
 
-def _atlas(comparisons: Sequence[Comparison], method: str, wide: Tolerance) -> AtlasScore | None:
-    if any(one.drives is None or len(one.drives.names) == 1 for one in comparisons):
+def _atlas(runs: Sequence[_Run], method: str, wide: Tolerance) -> AtlasScore | None:
+    if any(one.drives is None or len(one.drives.names) == 1 for one, _ in runs):
         return None
-    return pool_atlas([atlas_score(one, method, wide) for one in comparisons])
+    return pool_atlas([atlas_score(one, method, wide, path) for one, path in runs])
 
 
 def _spread(values: Sequence[float]) -> Spread:
     return Spread(float(np.median(values)), float(np.quantile(values, 0.95)))
-
-
-def _harm(comparisons: Sequence[Comparison], method: str, pooled: Score) -> Proportion | None:
-    single = single_view_of(method)
-    if single is None or not all(single in one.beliefs for one in comparisons):
-        return None
-    return harm(pooled, pool([score(one, single, pooled.tolerance) for one in comparisons]))
 
 
 def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:

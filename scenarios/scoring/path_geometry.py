@@ -152,9 +152,54 @@ class ReferencePath:
         return float(self.along[starts[leg_number]] + share[leg_number] * length[leg_number])
 
 
+class RememberedPath(ReferencePath):
+    """A reference path that works out once what is asked of a pose, for all methods that are judged by it.
+
+    What it answers must not be changed; it is kept as long as the path is.
+    """
+
+    def __init__(self, views: Sequence[View], stretches: Sequence[slice] | None = None) -> None:
+        super().__init__(views, stretches)
+        self._within: dict[tuple[Pose | None, Tolerance], NDArray[np.bool_]] = {}
+        self._nearest: dict[tuple[Pose | None, tuple[int, int] | None], int | None] = {}
+        self._projected: dict[tuple[Pose, tuple[int, int] | None], float] = {}
+
+    def within(self, pose: Pose | None, tolerance: Tolerance) -> NDArray[np.bool_]:
+        """Mark the places within the tolerance of a pose, (K,), read-only."""
+        key = pose, tolerance
+        if key not in self._within:
+            self._within[key] = super().within(pose, tolerance)
+            self._within[key].setflags(write=False)
+        return self._within[key]
+
+    def nearest(self, pose: Pose | None, among: slice | None = None) -> int | None:
+        """Find the place nearest to a pose, as a path does."""
+        key = pose, _ends(among)
+        if key not in self._nearest:
+            self._nearest[key] = super().nearest(pose, among)
+        return self._nearest[key]
+
+    def project(self, pose: Pose, among: slice | None = None) -> float:
+        """Distance along the path of its point nearest to a pose [m], as of a path."""
+        key = pose, _ends(among)
+        if key not in self._projected:
+            self._projected[key] = super().project(pose, among)
+        return self._projected[key]
+
+
+def _ends(stretch: slice | None) -> tuple[int, int] | None:
+    """A stretch by its ends: a slice has no hash."""
+    return None if stretch is None else (stretch.start, stretch.stop)
+
+
 def path_of(comparison: Comparison) -> ReferencePath:
     """The path, or the paths, of what was learnt; not ``known`` where no pose is."""
     return ReferencePath(comparison.reference_views, comparison.stretches)
+
+
+def remembered_path_of(comparison: Comparison) -> RememberedPath:
+    """The same, to judge several methods by."""
+    return RememberedPath(comparison.reference_views, comparison.stretches)
 
 
 def angle_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:

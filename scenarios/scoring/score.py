@@ -232,12 +232,15 @@ class _Row(NamedTuple):
     last_sure: float = math.nan
 
 
-def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE) -> Score:
-    """Judge one method's answers to a drive; raises ``ScenarioError`` for a method that was not run."""
+def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, path: ReferencePath | None = None) -> Score:
+    """Judge one method's answers to a drive; raises ``ScenarioError`` for a method that was not run.
+
+    ``path`` is that of the comparison, where it is at hand.
+    """
     if method not in comparison.beliefs:
         there = ", ".join(comparison.beliefs) or "none"
         raise ScenarioError(f"comparison {comparison.name!r} has no answers of {str(method)!r}; valid are {there}")
-    path, held_by = path_of(comparison), comparison.held_by(method)
+    path, held_by = path or path_of(comparison), comparison.held_by(method)
     outcomes, rows, left = [], [], None
     for view, belief in zip(comparison.query_views, comparison.beliefs[method], strict=True):
         truth = view.truth if path.known else None
@@ -298,7 +301,7 @@ def _row(
 
 def _mass(path: ReferencePath, belief: Belief, tolerance: Tolerance) -> float:
     """Probability of the places within the tolerance of the top one, itself among them."""
-    around = path.within(path.pose(belief.best), tolerance)
+    around = path.within(path.pose(belief.best), tolerance).copy()
     around[belief.best] = True
     return min(float(belief.places[around].sum()), 1.0)
 

@@ -1,6 +1,7 @@
 import csv
 import io
 import math
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -15,10 +16,11 @@ from refseq_bench.scenarios.report.sections.headline import headline
 from refseq_bench.scenarios.report.words import distances
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
-from refseq_bench.scenarios.scoring.path_geometry import NARROW, Tolerance
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, ReferencePath, Tolerance
 from refseq_bench.scenarios.scoring.score import harm, pool, score
 from refseq_bench.scenarios.scoring.tables.score_tables import figures_table, lost_table, ways_text
 from refseq_bench.scenarios.tables import print_whole
+from tests.scenarios.report.test_several_drives import assert_same_score
 from tests.support import certain, corridor_comparison
 
 
@@ -59,6 +61,23 @@ def test_figures_are_the_scorer_s_over_all_comparisons(seeds: list[Comparison]) 
         assert one.wide.success == pool([score(run, one.method) for run in seeds]).success
         assert one.narrow.success == pool([score(run, one.method, NARROW) for run in seeds]).success
     assert found[2].wide.success == found[3].wide.success
+
+
+def test_geometry_is_worked_out_once_for_all_methods_and_tells_each_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = corridor_comparison(3, count=30, size=24)
+    beliefs = one.beliefs["chain"]
+    asked: list[str] = []
+    for name in ("within", "nearest", "project"):
+        plain = getattr(ReferencePath, name)
+        monkeypatch.setattr(ReferencePath, name, lambda *of, name=name, plain=plain: asked.append(name) or plain(*of))
+    (alone,) = figures([replace(one, beliefs={"a": beliefs})])
+    for_one = Counter(asked)
+    asked.clear()
+    for found in figures([replace(one, beliefs=dict.fromkeys("abc", beliefs))]):
+        assert_same_score(found.wide, alone.wide)
+    assert for_one.total() > 0
+    assert Counter(asked) == for_one
+    assert_same_score(alone.narrow, score(one, "chain", NARROW))
 
 
 def test_cost_leaves_features_out() -> None:
