@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from refseq.view import View
@@ -65,11 +66,25 @@ def first_fix(views: Sequence[View], outcomes: Sequence[Outcome]) -> DistanceOrN
     return _distance(list(_known(views, outcomes)), (Outcome.RIGHT,))
 
 
+def travelled_of(views: Sequence[View]) -> NDArray[np.float64]:
+    """True way of the robot to each view, (M,) [m], less where it was carried; nan at views without a true pose."""
+    found = np.full(len(views), np.nan)
+    for number, way, _ in _steps(views):
+        found[number] = way
+    return found
+
+
 def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Known]:
+    for number, way, carried in _steps(views):
+        yield _Known(outcomes[number], way, carried)
+
+
+def _steps(views: Sequence[View]) -> Iterator[tuple[int, float, bool]]:
+    """Views with a true pose by their numbers: how far the robot has come [m], and whether it was carried there."""
     # A drive without odometry cannot tell being carried from going.
     tells = any(view.distance for view in views)
     travelled, odometer, last = 0.0, 0.0, None
-    for view, outcome in zip(views, outcomes, strict=True):
+    for number, view in enumerate(views):
         odometer += abs(view.distance)
         if view.truth is None:
             continue
@@ -77,7 +92,7 @@ def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Know
         carried = tells and is_carried(step, odometer)
         # The way on a person's arms is not the robot's.
         travelled += 0.0 if carried else step
-        yield _Known(outcome, travelled, carried)
+        yield number, travelled, carried
         odometer, last = 0.0, view.truth
 
 

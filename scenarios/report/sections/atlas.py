@@ -19,7 +19,7 @@ HEADINGS = (
     "method",
     "way to P(right) > 0.9 after a fork",
     "P(sequence) before / on / behind what paths share",
-    "jumps",
+    "jumps by true poses",
     "joins (false)",
     "joined rightly, of views taken out [%]",
     "joined, of views shared [%]",

@@ -53,6 +53,14 @@ def is_assumed(metadata: Mapping[str, object]) -> bool:
     return str(metadata.get("odometry", "")).startswith(ASSUMED)
 
 
+def query_steps(comparison: Comparison) -> NDArray[np.float64]:
+    """Steps of the query's odometer, (M,) [m], the first 0; nan of one without odometry, or with an assumed one."""
+    steps = odometer_steps(comparison.query_views)
+    if not steps.any() or is_assumed(comparison.query_metadata):
+        return np.full(len(steps), np.nan)
+    return steps
+
+
 @dataclass(frozen=True, slots=True)
 class GivenAnswers:
     """The n answers that a method gave, views at which it says lost left out, one entry each.
@@ -71,9 +79,7 @@ def given_answers(comparison: Comparison, method: str) -> GivenAnswers:
     """Collect the answers of a method; one that says lost is none."""
     beliefs = comparison.beliefs[method]
     views = np.array([t for t, belief in enumerate(beliefs) if belief.lost <= LOST_ABOVE], np.intp)
-    steps = odometer_steps(comparison.query_views)
-    if not steps.any() or is_assumed(comparison.query_metadata):
-        steps = np.full(len(beliefs), np.nan)
+    steps = query_steps(comparison)
     return GivenAnswers(
         views=views,
         places=np.array([beliefs[t].best for t in views], np.intp),

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.planar import Pose
-from refseq.view import View
+from refseq.view import ASSUMED, View
 from refseq_bench.scenarios.campaign.declare.figures import FIGURES
 from refseq_bench.scenarios.scoring.atlas import (
     AtlasScore,
@@ -231,7 +231,7 @@ def test_what_is_known_after_leaving_the_map_comes_too_late() -> None:
 # --- jumps ---
 
 
-def jumps(query: Sequence[View], places: Sequence[int], lost: Sequence[int] = ()) -> int:
+def jumps(query: Sequence[View], places: Sequence[int], lost: Sequence[int] = ()) -> int | None:
     beliefs = [certain(COUNT, place, 0.6 if t in lost else 0.0) for t, place in enumerate(places)]
     return atlas_score(compared(query, {"m": beliefs}), "m", WIDE).jumps
 
@@ -266,6 +266,21 @@ def test_backing_is_a_way_too() -> None:
     query = [*AHEAD[:5], replace(AHEAD[4], distance=-4.0)]
     assert jumps(query, [0, 1, 2, 3, 7, 0]) == 0  # 7 m back in 4 m
     assert jumps(AHEAD[:6], [0, 1, 2, 3, 7, 0]) == 1
+
+
+@pytest.mark.parametrize("assumed", [True, False])
+def test_without_odometry_nobody_knows_of_jumps_and_forks_are_measured_by_the_truth(assumed: bool) -> None:
+    """An odometer that stood still made a jump of each right answer, and settled every fork at once."""
+    query = [replace(view, distance=0.1 if assumed else 0.0) for view in PARTING]
+    sure = [*[1.0] * 11, 0.1, 0.1, 0.1, *[1.0] * 5]
+    beliefs = [split({place: p, 44: 1 - p}) for place, p in zip(TRUE_PLACES, sure, strict=True)]
+    run = compared(query, {"m": beliefs})
+    run = replace(run, query_metadata={"odometry": f"{ASSUMED} 0.1 m a picture"} if assumed else {})
+    found = atlas_score(run, "m", WIDE)
+    assert found.jumps is None
+    assert found.forks == (3.0,)
+    assert math.isnan(taken(figures([run])[0], "jumps"))
+    assert atlas_score(replace(run, query_views=PARTING, query_metadata={}), "m", WIDE).jumps is not None
 
 
 # --- P(s) ---
