@@ -49,6 +49,19 @@ class LightSetting:
         if self.date is not None and not FIRST_DAY <= self.date <= LAST_DAY:
             raise _invalid(self.name, "date", self.date, DAY)
 
+    def as_text(self) -> str:
+        """The light as ``light_named`` reads it, whatever it is called, to the minute."""
+        text = clock_text(self.hour)
+        text += f",cloud={self.cloud:g}" if self.cloud else ""
+        text += f",lamps={self.lamps.value}" if self.lamps is not Lamps.AUTO else ""
+        return text + (f",date={self.date.isoformat()}" if self.date else "")
+
+
+def clock_text(hour: float) -> str:
+    """Hour of the day as HH:MM, to the minute."""
+    whole, minute = divmod(round(60 * hour), 60)
+    return f"{whole:02d}:{minute:02d}"
+
 
 def _invalid(light: str, key: str, value: object, valid: str) -> LightError:
     return LightError(f"light '{light}': {key} '{value}' is not valid; it should be {valid}")

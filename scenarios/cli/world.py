@@ -219,9 +219,9 @@ def day(
 
 def _lights(first: int, last: int, step: int, conditions: str) -> "tuple[LightSetting, ...]":
     """The lights from one hour to another. Raises ``ScenarioError`` where there is none between."""
-    from refseq_bench.worlds.light import light_named
+    from refseq_bench.worlds.light import clock_text, light_named
 
-    clock = [f"{minute // 60:02d}:{minute % 60:02d}" for minute in range(60 * first, 60 * last + 1, step)]
+    clock = [clock_text(minute / 60) for minute in range(60 * first, 60 * last + 1, step)]
     if not clock:
         raise ScenarioError(
             f"--first-hour {first} --last-hour {last}: no hour lies between; valid is a last hour that is not before "

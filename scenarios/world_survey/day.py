@@ -16,7 +16,7 @@ from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.scenarios.world_survey.facts import lux_text
 from refseq_bench.scenarios.world_survey.snapshots import Snapshot, snapshots
-from refseq_bench.worlds.light import LightSetting
+from refseq_bench.worlds.light import LightSetting, clock_text
 from refseq_bench.worlds.meter import Meter
 from refseq_bench.worlds.plans.load import load_plan
 
@@ -115,12 +115,8 @@ def day_table(found: Sequence[Recall]) -> TextTable:
         for place in places:
             row += [f"{100 * cells[hour, place, camera].share:.0f}" for camera in cameras]
             row.append(lux_text(cells[hour, place, cameras[0]].lux))
-        table.add_row(_clock(hour), *row)
+        table.add_row(clock_text(hour), *row)
     return table
-
-
-def _clock(hour: float) -> str:
-    return f"{int(hour):02d}:{round(hour % 1 * 60):02d}"
 
 
 def day_curve(title: str, found: Sequence[Recall]) -> Figure:

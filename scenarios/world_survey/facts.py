@@ -13,7 +13,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import TextTable, plural
 from refseq_bench.scenarios.world_survey.library import length, size_text, things
 from refseq_bench.worlds.check import RobotBox, geom_boxes
-from refseq_bench.worlds.light import PRESETS, LightSetting, light_named
+from refseq_bench.worlds.light import PRESETS, LightSetting, clock_text, light_named
 from refseq_bench.worlds.lighting.daylight import sun_position
 from refseq_bench.worlds.meter import Reading
 from refseq_bench.worlds.plans.areas import inside, rectangles
@@ -74,7 +74,7 @@ def _things_text(plan: FloorPlan) -> str:
 def sun_text(plan: FloorPlan, setting: LightSetting) -> str:
     """The hour of a light and where the sun then stands, [deg]."""
     elevation, azimuth = np.degrees(sun_position(plan.place, setting.date or plan.place.date, setting.hour))
-    clock = f"{int(setting.hour):02d}:{round(setting.hour % 1 * 60):02d}"
+    clock = clock_text(setting.hour)
     clouds = f", cloud {setting.cloud:g}" if setting.cloud else ""
     if elevation <= 0.0:
         return f"{clock}{clouds}, the sun is {-elevation:.1f}° below the horizon"

@@ -1,10 +1,11 @@
 import datetime
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from refseq_bench.worlds.errors import LightError
-from refseq_bench.worlds.light import Lamps, LightSetting, light_named
+from refseq_bench.worlds.light import PRESETS, Lamps, LightSetting, clock_text, light_named
 
 SUMMER = datetime.date(2008, 6, 15)
 DAY = "a day such as 2008-06-15, in the years 1900 to 2100"
@@ -65,3 +66,15 @@ def test_a_setting_that_is_made_by_hand_is_checked_too(given: dict[str, Any], sa
     with pytest.raises(LightError) as caught:
         LightSetting(**{"name": "mine", "hour": 12.0, **given})
     assert str(caught.value) == f"light 'mine': {said}"
+
+
+@pytest.mark.parametrize(
+    "text", [*PRESETS, "07:05,cloud=0.3,lamps=off,date=2008-06-15", "24:00", "0:00,lamps=on", "noon,cloud=0.25"]
+)
+def test_a_light_is_read_back_from_its_text(text: str) -> None:
+    light = light_named(text)
+    assert replace(light_named(light.as_text()), name=text) == light
+
+
+def test_clock_of_the_last_half_minute_is_the_next_hour() -> None:
+    assert [clock_text(hour) for hour in (9.0, 9.25, 9.9999, 23.9999)] == ["09:00", "09:15", "10:00", "24:00"]

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.worlds.light import clock_text
 
 KINDS = ("grid", "list", "random")
 VALID = (*({kind} for kind in KINDS), {"list", "grid"})
@@ -126,8 +127,7 @@ def _drawn(key: str, given: Any, rng: np.random.Generator) -> Any:
             return choices[int(rng.integers(len(choices)))]
         case {"from": str(low), "to": str(high), **rest} if not rest and _minutes(low, high):
             first, last = (int(minutes) for minutes in _minutes(low, high))
-            hour, minute = divmod(int(rng.integers(first, last + 1)), 60)
-            return f"{hour:02d}:{minute:02d}"
+            return clock_text(int(rng.integers(first, last + 1)) / 60)
         case {"from": int() | float() as low, "to": int() | float() as high, **rest} if not rest and _rise(low, high):
             return round(float(rng.uniform(low, high)), 3)
     raise ScenarioError(

@@ -15,7 +15,7 @@ from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.change.change import change_named
-from refseq_bench.worlds.light import Lamps, light_named
+from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.dials import RANGES
 
 Value = float | str
@@ -153,12 +153,7 @@ def _put_cloud(case: Case, cloud: float) -> Case:
 def _with_light(case: Case, **changed: float) -> Case:
     query = _query(case)
     light = replace(light_named(query.light), **changed)  # type: ignore[arg-type]
-    minutes = round(60 * light.hour)
-    text = f"{minutes // 60:02d}:{minutes % 60:02d}"
-    text += f",cloud={light.cloud:g}" if light.cloud else ""
-    text += f",lamps={light.lamps.value}" if light.lamps is not Lamps.AUTO else ""
-    text += f",date={light.date.isoformat()}" if light.date else ""
-    return _with_query(case, light=text)
+    return _with_query(case, light=light.as_text())
 
 
 def _world(reference: DriveTable, query: DriveTable) -> Iterator[Dial]:
