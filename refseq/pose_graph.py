@@ -94,6 +94,15 @@ def ways_along(track: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
 
 
+def cuts(way: NDArray[np.float64], metres: float) -> list[int]:
+    """Indices of the first pose, and of each that lies so many ``metres`` or more along the way behind the last one."""
+    found = [0]
+    for index, at in enumerate(way.tolist()):
+        if at - way[found[-1]] >= metres:
+            found.append(index)
+    return found
+
+
 def best_fit(
     relations: Relations, start: NDArray[np.float64], held: ArrayLike = (0,), scale_sigma: float = 0.0
 ) -> PoseFit:

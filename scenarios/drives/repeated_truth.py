@@ -1,6 +1,5 @@
 """Truth that only repeats the odometry, as the pose beside each scan of many raw logs does."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,7 +7,7 @@ from numpy.typing import NDArray
 
 from refseq.dead_reckoning import dead_reckoned
 from refseq.logs.recording import TimedData, views_of
-from refseq.planar import Pose
+from refseq.planar import Pose, wrapped
 from refseq.view import View
 
 SAME_HEADING, SAME_PLACE = 1e-4, 1.0
@@ -33,5 +32,5 @@ def one_path(way: NDArray[np.float64], true: NDArray[np.float64]) -> bool:
     """Tell odometry and truth, (n, 3) each, that always head alike and lie on each other."""
     if not 0 < len(way) == len(true):
         return False
-    apart = np.abs(np.remainder(way[:, 2] - true[:, 2] + math.pi, 2 * math.pi) - math.pi)
+    apart = np.abs(wrapped(way[:, 2] - true[:, 2]))
     return bool(apart.max() < SAME_HEADING and np.hypot(*(way - true)[:, :2].T).max() < SAME_PLACE)

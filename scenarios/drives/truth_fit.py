@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from refseq.dead_reckoning import dead_reckoned
 from refseq.planar import wrapped
-from refseq.pose_graph import motions_between, ways_along
+from refseq.pose_graph import cuts, motions_between, ways_along
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -74,11 +74,11 @@ def fit_of(truth: NDArray[np.float64], odometry: NDArray[np.float64]) -> TruthFi
 def _fit_of(truth: NDArray[np.float64], odometry: NDArray[np.float64], metres: float) -> TruthFit | None:
     """The same by pieces of so many metres; None where they are too few."""
     way = ways_along(odometry)
-    cuts = _cuts(way, metres)
-    if len(cuts) <= FEWEST:
+    ends = cuts(way, metres)
+    if len(ends) <= FEWEST:
         return None
-    true, told = (_motions(poses[cuts]) for poses in (truth, odometry))
-    length = np.diff(way[cuts])
+    true, told = (_motions(poses[ends]) for poses in (truth, odometry))
+    length = np.diff(way[ends])
     turns_fit = np.abs(wrapped(true[:, 2] - told[:, 2])) < TURNED
     asides = np.arctan2(true[:, 1], true[:, 0]) - np.arctan2(told[:, 1], told[:, 0])  # (pieces,)
     counts = [int((turns_fit & _ends_fit(true, told, aside, length)).sum()) for aside in (0.0, *asides.tolist())]
@@ -87,15 +87,6 @@ def _fit_of(truth: NDArray[np.float64], odometry: NDArray[np.float64], metres: f
     fits = turns_fit & _ends_fit(true, told, aside, length)
     shown = np.hypot(*told[fits, :2].T) / np.maximum(np.hypot(*true[fits, :2].T), 1e-9)
     return TruthFit(metres, len(length), counts[best], aside, float(np.median(shown)) if len(shown) else float("nan"))
-
-
-def _cuts(way: NDArray[np.float64], metres: float) -> list[int]:
-    """Indices of the first pose, and of each that lies so many ``metres`` or more behind the last one."""
-    cuts = [0]
-    for index, at in enumerate(way.tolist()):
-        if at - way[cuts[-1]] >= metres:
-            cuts.append(index)
-    return cuts
 
 
 def _motions(poses: NDArray[np.float64]) -> NDArray[np.float64]:

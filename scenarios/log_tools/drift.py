@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.dead_reckoning import dead_reckoned
-from refseq.pose_graph import ways_along
+from refseq.pose_graph import cuts, ways_along
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.log_tools.travel import moved, positions
@@ -58,12 +58,12 @@ def odometry_drift(truth: NDArray[np.float64], odometer: NDArray[np.float64], na
     heading, error = np.unwrap(truth[:, 2]), np.unwrap(odometer[:, 2] - truth[:, 2])
     kept = moved(truth, STEP)
     along = ways_along(truth[kept])
-    cuts = _cuts(along)
-    if len(cuts) <= FEWEST:
+    pieces = cuts(along, PIECE)
+    if len(pieces) <= FEWEST:
         raise ScenarioError(
             f"{name}: {along[-1]:.1f} m of true poses tell no drift; valid are {FEWEST * (PIECE + STEP):g} m and more"
         )
-    length, turned, off = (np.diff(of[cuts]) for of in (along, heading[kept], error[kept]))  # (pieces,)
+    length, turned, off = (np.diff(of[pieces]) for of in (along, heading[kept], error[kept]))  # (pieces,)
     causes = np.stack([length, turned], axis=1)
     fitted = least_squares(
         lambda errors: (off - causes @ errors) / np.sqrt(length), (0.0, 0.0), loss="soft_l1", f_scale=USUAL
@@ -72,15 +72,6 @@ def odometry_drift(truth: NDArray[np.float64], odometer: NDArray[np.float64], na
     shown = ways_along(odometer[kept])[-1] / along[-1] - 1
     walk = float(NORMAL * np.median(np.abs(left))) * math.sqrt(len(left) / (len(left) - 2))
     return OdometryDrift(float(along[-1]), float(bend), float(turn), walk, float(shown), _farthest(truth, odometer))
-
-
-def _cuts(along: NDArray[np.float64]) -> list[int]:
-    """Indices of the first pose, and of each that lies a ``PIECE`` or more behind the last one."""
-    cuts = [0]
-    for index, way in enumerate(along.tolist()):
-        if way - along[cuts[-1]] >= PIECE:
-            cuts.append(index)
-    return cuts
 
 
 def _farthest(truth: NDArray[np.float64], odometer: NDArray[np.float64]) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.planar import Pose
+from refseq.planar import Pose, wrapped
 from refseq.pose_graph import ways_along
 
 STEP = 0.1
@@ -87,6 +87,6 @@ def _revisits(along: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[
     tree, back = cKDTree(path[:, :2]), np.zeros(len(path), dtype=bool)
     for index, near in enumerate(tree.query_ball_point(path[:, :2], REVISIT_WITHIN)):
         earlier = np.array([one for one in near if along[one] < along[index] - REVISIT_AFTER], dtype=int)
-        apart = np.abs((path[earlier, 2] - path[index, 2] + math.pi) % (2 * math.pi) - math.pi)
+        apart = np.abs(wrapped(path[earlier, 2] - path[index, 2]))
         back[index] = bool((apart < REVISIT_HEADING).any())
     return back

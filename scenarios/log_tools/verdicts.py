@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import way_along
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.thin import thinned
 from refseq_bench.scenarios.drives.inputs import DriveSelection
@@ -191,7 +192,7 @@ def _split(of: Prospect, plan: ViewPlan) -> DriveSplit | None:
         return None
     thin = of.selection.thin
     kept = np.array(thinned(plan.views, thin)[0]) if thin else np.arange(len(plan))
-    along = np.cumsum([abs(view.distance) for view in plan.views])
+    along = way_along(plan.views)
     found = split_of(of.places[kept], along[kept], FEW_VIEWS)
     return replace(found, cut=int(kept[found.cut])) if found else None
 

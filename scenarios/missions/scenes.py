@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from refseq.logs import ViewPlan, open_log
+from refseq.dead_reckoning import way_along
+from refseq.logs import open_log
 from refseq.scenes import Box, Scene, SceneApproach, SceneFinder, cut_scene
 from refseq_bench.scenarios.drives.inputs import plan_drive
 from refseq_bench.scenarios.errors import ScenarioError
@@ -18,7 +19,7 @@ def cut_from(log: Path, at: float, camera: str, box: str | None) -> Scene:
     """
     wanted = None if box is None else box_from(box)
     plan = plan_drive(open_log(log))
-    along = _along(plan)
+    along = way_along(plan.views)
     if not 0 <= at <= along[-1]:
         raise ScenarioError(f"{log}: --along {at:g} m is not on the drive; valid is 0 to {along[-1]:.1f} m")
     number = int(np.abs(along - at).argmin())
@@ -64,7 +65,7 @@ def search(scene: Scene, log: Path) -> SceneSearch:
     finder, approach = SceneFinder(scene), SceneApproach(scene)
     seen: list[SceneView] = []
     place: float | None = None
-    along = _along(plan).tolist()
+    along = way_along(plan.views).tolist()
     for reading, view in zip(along, plan.read(), strict=True):
         if place is not None and reading >= place:
             break
@@ -75,9 +76,3 @@ def search(scene: Scene, log: Path) -> SceneSearch:
         if left is not None:
             place = reading + max(left, 0.0)
     return SceneSearch(len(along), tuple(seen), place)
-
-
-def _along(plan: ViewPlan) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-    """Way along the drive to each view, by odometry [m]."""
-    steps = [0.0, *(abs(view.distance) for view in plan.views[1:])]
-    return np.cumsum(steps)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.dead_reckoning import way_along
 from refseq.errors import LogError
 from refseq.logs.carmen import CarmenSource, LineSpan
 from refseq.logs.pairing.plan import ViewPlan
@@ -45,14 +46,14 @@ def by_time(plan: ViewPlan, text: str) -> KeptStretch:
 
 def by_distance(plan: ViewPlan, text: str) -> KeptStretch:
     """The views from A to B metres along the path by odometry. Raises ``ScenarioError``."""
-    along = np.cumsum([abs(view.distance) for view in plan.views])
+    along = way_along(plan.views)
     return _kept(plan, _within(plan, along, text, "distance", "m"))
 
 
 def without_standing(plan: ViewPlan) -> KeptStretch:
     """All but the standing before the robot first moves and after it has stopped. Raises ``ScenarioError``."""
     times = np.array([view.time for view in plan.views])
-    way = np.cumsum([abs(view.distance) for view in plan.views])
+    way = way_along(plan.views)
     turned = np.cumsum([view.turn for view in plan.views])
     leaving = _moved(way, turned, 0)
     if not leaving.any():

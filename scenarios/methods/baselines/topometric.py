@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtr
 
+from refseq.dead_reckoning import reckoned_poses
 from refseq.planar import Pose, after_motion
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
@@ -103,7 +104,7 @@ class Steps:
 
     def __init__(self, views: Sequence[View], settings: TopometricSettings) -> None:
         self._settings = settings
-        poses = _dead_reckoning(views)
+        poses = np.array([(pose.x, pose.y, pose.heading) for pose in reckoned_poses(views)])
         K = len(poses)
         self._targets, self._there = neighbours(K, settings.least, settings.most)
         before = poses[1] - poses[0] if K > 1 else np.zeros(3)
@@ -132,14 +133,6 @@ class Steps:
         weights = np.exp(-squared / 2)
         off = np.maximum(chdtr(FREEDOMS, squared.min(axis=1)), s.off_least)
         return self._targets, weights / weights.sum(axis=1, keepdims=True) * (1 - off)[:, None], off
-
-
-def _dead_reckoning(views: Sequence[View]) -> NDArray[np.float64]:
-    """Where odometry alone puts each view, (K, 3): x, y [m], heading [rad], which goes on counting after a turn."""
-    poses = [Pose(0.0, 0.0, 0.0)]
-    for view in views[1:]:
-        poses.append(after_motion(poses[-1], view.distance, view.turn))
-    return np.array([(pose.x, pose.y, pose.heading) for pose in poses])
 
 
 def _seen_from(origin: NDArray[np.float64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
