@@ -154,13 +154,13 @@ def merge(
 
     _check_merge_files(output, write_decisions, page, recordings or [])
     settings, replacing = OverlapSettings(least=min_overlap), replacement(output, maps)
-    files, before = (maps, []) if keep_joins else members.with_members(maps)
+    files, before, loaded = members.TakenApart(maps, [], {}) if keep_joins else members.with_members(maps)
     # A map that was merged before may be replaced: its members stay.
     check_output(output, write_decisions, page, of=files)
     given = joins.read_decisions(decisions) if decisions else joins.GivenDecisions([], [])
     check_agreeing(given.persons)
     asked = members.newest(given.persons, before)
-    read = read_maps(files, asked, given.machines)
+    read = read_maps(files, asked, given.machines, loaded=loaded)
     wishes = in_order(asked, read)
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
     check_made(merged.decisions, joins.BY_A_PERSON)

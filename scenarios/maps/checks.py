@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 
 SAME = 2.0
 """Views that joins lead to within so many of each other are one: a person counts no nearer."""
+NONE_LOADED: Mapping[Path, Map] = MappingProxyType({})
 ROUNDED = 0.02
 """Lengths in a file of decisions are those of the maps within so much [m]."""
 
@@ -24,8 +26,11 @@ def read_maps(
     machines: Sequence[Decision] = (),
     *,
     first_of_one_path: bool = False,
+    loaded: Mapping[Path, Map] = NONE_LOADED,
 ) -> list[Map]:
     """Read maps that can be merged; all but the first have one path, unless that is asked of the first as well.
+
+    Those that are ``loaded`` are not read once more.
 
     Decisions of a machine in a person's file pin nothing, but have to be about these maps all the same: else a stretch
     that the person changed in one would be passed over.
@@ -38,7 +43,7 @@ def read_maps(
             raise ScenarioError(f"{path}: cannot be read: No such file or directory")
     if first_of_one_path or len({path.stem for path in paths[1:]}) < len(paths[1:]):
         check_names([path.stem for path in paths])
-    first, *others = maps = [Map.load(path) for path in paths]
+    first, *others = maps = [loaded[path] if path in loaded else Map.load(path) for path in paths]
     for path, one in zip(paths, maps, strict=True):
         if not one.has_one_path and (first_of_one_path or one is not first):
             raise MapError(f"{path}: is a map of several paths; valid is a map of one")

@@ -35,11 +35,11 @@ def explored_map(map_file: Path, found: Sequence[ExploredPath], target: Path) ->
     and ``ScenarioError`` for a file of a new path that is there already. Then nothing is written; where a file
     cannot be, none stays.
     """
-    files, before = members.with_members([map_file])
+    files, before, loaded = members.with_members([map_file])
     new = [target.with_name(f"{one.map.names[0]}.refseq") for one in found]
     if there := next((file for file in new if file.exists()), None):
         raise ScenarioError(f"{there}: is there already, and a new path would have its name; valid is to rename one")
-    read = [*read_maps(files, before), *(one.map for one in found)]
+    read = [*read_maps(files, before, loaded=loaded), *(one.map for one in found)]
     wishes = in_order(before, read)
     merged = merge_maps(read, wishes=wishes)
     with _all_or_none(new):

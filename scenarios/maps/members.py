@@ -2,9 +2,10 @@
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from refseq.atlas.decision import Decision
 from refseq.atlas.merge import Merged
@@ -15,28 +16,40 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON
 
 
-def with_members(paths: Sequence[Path]) -> tuple[list[Path], list[Decision]]:
+class TakenApart(NamedTuple):
+    """Maps to merge by their ``files``, a person's ``decisions`` about them, and those ``loaded`` on the way."""
+
+    files: list[Path]
+    decisions: list[Decision]
+    loaded: Mapping[Path, Map]
+
+
+def with_members(paths: Sequence[Path]) -> TakenApart:
     """Maps to merge, in place of each merged one those that it was made of; and a person's decisions about these.
 
     So all joins are decided about anew, whatever was merged before. A merged map that has no record stays. Raises
     ``ScenarioError`` for a member that is not there, or is not the map any more that was merged, and for drives that
     were added to a merged map alone: its members do not have them.
     """
-    found, rulings = list[Path](), list[Decision]()
+    found, rulings, loaded = list[Path](), list[Decision](), dict[Path, Map]()
     for path in paths:
-        record = Map.load(path).record if path.exists() else MergeRecord()
-        members = [_found(path, member) for member in record.members]
-        _check_growth(path, members)
+        if not path.exists():
+            found.append(path)
+            continue
+        whole = Map.load(path)
+        members = {file: Map.load(file) for file in (_found(path, member) for member in whole.record.members)}
+        _check_growth(path, whole, list(members.values()))
+        loaded |= members or {path: whole}
         found += members or [path]
-        rulings += [_decision(ruling) for ruling in record.rulings]
-    return found, rulings
+        rulings += [_decision(ruling) for ruling in whole.record.rulings]
+    return TakenApart(found, rulings, loaded)
 
 
-def _check_growth(merged: Path, members: Sequence[Path]) -> None:
+def _check_growth(merged: Path, whole: Map, members: Sequence[Map]) -> None:
     if not members:
         return
-    known = GrowthRecord.joined(Map.load(member).grown for member in members)
-    lost = [drive for drive in Map.load(merged).grown.drives if known.drive(drive.sha256) is None]
+    known = GrowthRecord.joined(member.grown for member in members)
+    lost = [drive for drive in whole.grown.drives if known.drive(drive.sha256) is None]
     if lost:
         raise ScenarioError(
             f"{merged}: drive {lost[0].name!r} was added to it and not to its members, and would be lost; valid is to "

@@ -339,6 +339,21 @@ def test_doubtful_joins_come_first_on_the_page_and_sure_ones_last() -> None:
     assert worst_first(merged) == [2, 4, 3, 6, 1, 0]
 
 
+def test_a_merge_reads_each_map_once(
+    refseq: Refseq, maps: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = [str(maps / f"{name}.refseq") for name in ("west", "east")]
+    assert refseq("map", "merge", *parts, "-o", tmp_path / "whole.refseq").code == 0
+    read: list[str] = []
+    load = Map.load
+    monkeypatch.setattr(Map, "load", lambda file: read.append(Path(file).name) or load(file))
+    assert refseq("map", "merge", tmp_path / "whole.refseq", "-o", tmp_path / "again.refseq").code == 0
+    assert sorted(read) == ["east.refseq", "west.refseq", "whole.refseq"]
+    read.clear()
+    assert refseq("map", "merge", *parts, "-o", tmp_path / "again.refseq").code == 0
+    assert sorted(read) == ["east.refseq", "west.refseq"]
+
+
 def test_a_member_that_is_missing_or_was_edited_is_told(refseq: Refseq, maps: Path, tmp_path: Path) -> None:
     for name in ("west", "east"):
         (tmp_path / f"{name}.refseq").write_bytes((maps / f"{name}.refseq").read_bytes())
