@@ -161,7 +161,7 @@ def run_trip(
     localiser = None if trip.odometry else recorder.heard(Localiser(map_))
     if watcher is not None and localiser is not None:
         localiser = HeardLocaliser(localiser, watcher.saw)
-    leader = Leader(ground, localiser, map_)
+    leader = Leader(ground, localiser)
     goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:
         done = run_plan(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
