@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from refseq.atlas.decision import Decision
 from refseq.belief import LOST_ABOVE, Belief
 from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.consistency.answers import query_travelled
 from refseq_bench.scenarios.scoring.merging import Merging
 from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
 from refseq_bench.scenarios.scoring.proportion import Proportion
-from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, true_way
 from refseq_bench.scenarios.scoring.truth import missing_truth
 
 SETTLED = 0.9
@@ -72,9 +73,10 @@ class AtlasScore:
     """Score of a method that has learnt several drives.
 
     ``forks`` hold, each time the robot comes off one of several drives and stays on another, the way [m] until
-    P(right), the probability of all places within the tolerance, is above ``SETTLED``; None where that never came, as
-    long as it stayed on the map. ``jumps`` are answers farther from the last one than the robot can have come, by more
-    than twice the tolerance, both of them given on the map, None without truth. ``joined`` is None of a method without
+    P(right), the probability of all places within the tolerance, is above ``SETTLED``, along the true path; None where
+    that never came, as long as it stayed on the map. ``jumps`` are answers farther from the last one than the robot can
+    have come by its odometer, by more than twice the tolerance, both of them given on the map, None without truth, or
+    without odometry. ``joined`` is None of a method without
     an atlas. ``shares`` are P(s) before, on and behind what drives share.
     """
 
@@ -92,7 +94,7 @@ def atlas_score(comparison: Comparison, method: str, tolerance: Tolerance) -> At
     merging = comparison.mergings.get(method)
     return AtlasScore(
         forks=tuple(_forks(comparison, path, near, p_right(beliefs, near))),
-        jumps=None if missing_truth(comparison) else _jumps(comparison, path, beliefs, near, tolerance),
+        jumps=_jumps(comparison, path, beliefs, near, tolerance),
         joined=None if merging is None else join_score(path, merging, tolerance),
         shares=_sequence_shares(path, near, beliefs),
     )
@@ -116,13 +118,13 @@ def _forks(
     forks = [
         t for t in range(1, len(by)) if (by[t - 1] & ~by[t : t + 3].any(axis=0)).any() and (by[t - 1] & by[t]).any()
     ]
-    travelled = _travelled(comparison)
+    travelled = {one.view: one.travelled for one in true_way(comparison.query_views)}
     found: list[DistanceOrNever] = []
     for t in forks:
         gone = np.flatnonzero(~by[t:].any(axis=1))
         end = t + int(gone[0]) if len(gone) else len(by)
         settled = np.flatnonzero(right[t:end] > SETTLED)
-        found.append(float(travelled[t + settled[0]] - travelled[t]) if len(settled) else None)
+        found.append(travelled[t + int(settled[0])] - travelled[t] if len(settled) else None)
     return found
 
 
@@ -140,19 +142,17 @@ def _sequence_shares(path: ReferencePath, near: NDArray[np.bool_], beliefs: Sequ
     return SequenceShares(*map(tuple, found))
 
 
-def _travelled(comparison: Comparison) -> NDArray[np.float64]:
-    return np.cumsum([abs(view.distance) for view in comparison.query_views])
-
-
 def _jumps(
     comparison: Comparison,
     path: ReferencePath,
     beliefs: Sequence[Belief],
     near: NDArray[np.bool_],
     tolerance: Tolerance,
-) -> int:
-    """Answers that no drive can have led to from the answer before."""
-    travelled = _travelled(comparison)
+) -> int | None:
+    """Answers that no drive can have led to from the answer before; None where no odometry was measured."""
+    travelled = query_travelled(comparison)
+    if missing_truth(comparison) or np.isnan(travelled).any():
+        return None
     given = [t for t, belief in enumerate(beliefs) if belief.lost <= LOST_ABOVE and near[t].any()]
     steps = [
         math.dist(path.points[beliefs[t].best], path.points[beliefs[last].best]) - (travelled[t] - travelled[last])

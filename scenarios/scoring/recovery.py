@@ -42,6 +42,14 @@ class Recovery(NamedTuple):
     to_recover: tuple[DistanceOrNever, ...]
 
 
+class WayPoint(NamedTuple):
+    """A ``view`` whose pose is known: how far the robot had ``travelled`` [m], and whether it was carried there."""
+
+    view: int
+    travelled: float
+    carried: bool
+
+
 @dataclass(frozen=True, slots=True)
 class _Known:
     """A view with a true pose: how far the robot has come [m], and whether it was carried to where it is."""
@@ -66,10 +74,15 @@ def first_fix(views: Sequence[View], outcomes: Sequence[Outcome]) -> DistanceOrN
 
 
 def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Known]:
+    return (_Known(outcomes[one.view], one.travelled, one.carried) for one in true_way(views))
+
+
+def true_way(views: Sequence[View]) -> Iterator[WayPoint]:
+    """The way along the true path, at each view whose pose is known; where the robot was carried is no way of its."""
     # A drive without odometry cannot tell being carried from going.
     tells = any(view.distance for view in views)
     travelled, odometer, last = 0.0, 0.0, None
-    for view, outcome in zip(views, outcomes, strict=True):
+    for number, view in enumerate(views):
         odometer += abs(view.distance)
         if view.truth is None:
             continue
@@ -77,7 +90,7 @@ def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Know
         carried = tells and is_carried(step, odometer)
         # The way on a person's arms is not the robot's.
         travelled += 0.0 if carried else step
-        yield _Known(outcome, travelled, carried)
+        yield WayPoint(number, travelled, carried)
         odometer, last = 0.0, view.truth
 
 

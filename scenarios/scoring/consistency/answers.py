@@ -71,12 +71,20 @@ def given_answers(comparison: Comparison, method: str) -> GivenAnswers:
     """Collect the answers of a method; one that says lost is none."""
     beliefs = comparison.beliefs[method]
     views = np.array([t for t, belief in enumerate(beliefs) if belief.lost <= LOST_ABOVE], np.intp)
-    steps = odometer_steps(comparison.query_views)
-    if not steps.any() or is_assumed(comparison.query_metadata):
-        steps = np.full(len(beliefs), np.nan)
     return GivenAnswers(
         views=views,
         places=np.array([beliefs[t].best for t in views], np.intp),
-        odometer=np.cumsum(steps)[views],
-        travelled=np.cumsum(np.abs(steps))[views],
+        odometer=np.cumsum(_query_steps(comparison))[views],
+        travelled=query_travelled(comparison)[views],
     )
+
+
+def query_travelled(comparison: Comparison) -> NDArray[np.float64]:
+    """Way up to each query view by its odometer (M,) [m]; nan of a query without odometry, or with an assumed one."""
+    return np.cumsum(np.abs(_query_steps(comparison)))
+
+
+def _query_steps(comparison: Comparison) -> NDArray[np.float64]:
+    steps = odometer_steps(comparison.query_views)
+    known = steps.any() and not is_assumed(comparison.query_metadata)
+    return steps if known else np.full(len(steps), np.nan)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.planar import Pose
-from refseq.view import View
+from refseq.view import ASSUMED, View
 from refseq_bench.scenarios.campaign.declare.figures import FIGURES
 from refseq_bench.scenarios.scoring.atlas import (
     AtlasScore,
@@ -231,7 +231,7 @@ def test_what_is_known_after_leaving_the_map_comes_too_late() -> None:
 # --- jumps ---
 
 
-def jumps(query: Sequence[View], places: Sequence[int], lost: Sequence[int] = ()) -> int:
+def jumps(query: Sequence[View], places: Sequence[int], lost: Sequence[int] = ()) -> int | None:
     beliefs = [certain(COUNT, place, 0.6 if t in lost else 0.0) for t, place in enumerate(places)]
     return atlas_score(compared(query, {"m": beliefs}), "m", WIDE).jumps
 
@@ -260,6 +260,17 @@ def test_answers_off_the_map_are_no_jumps_and_what_is_behind_is_measured_from_th
     assert jumps([*AHEAD[:2], off, *AHEAD[3:6]], [0, 1, 42, 43, 44, 45]) == 1
     unknown = replace(AHEAD[2], truth=None)
     assert jumps([*AHEAD[:2], unknown, *AHEAD[3:6]], [0, 1, 42, 3, 4, 5]) == 0
+
+
+def test_without_odometry_nobody_knows_of_jumps_and_the_way_after_a_fork_is_the_true_one() -> None:
+    query = [replace(view, distance=0.0) for view in PARTING]
+    beliefs = known(*TRUE_PLACES[:11], *[44] * 3, *TRUE_PLACES[14:])
+    found = atlas_score(compared(query, {"m": beliefs}), "m", WIDE)
+    assert found.jumps is None
+    assert found.forks == (3.0,)
+    assumed = replace(compared(PARTING, {"m": beliefs}), query_metadata={"odometry": f"{ASSUMED} 1 m a picture"})
+    assert atlas_score(assumed, "m", WIDE).jumps is None
+    assert atlas_score(compared(PARTING, {"m": beliefs}), "m", WIDE).jumps is not None
 
 
 def test_backing_is_a_way_too() -> None:
