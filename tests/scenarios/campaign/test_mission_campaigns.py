@@ -476,6 +476,18 @@ def test_lamp_is_run_from_the_same_start_and_scored_by_the_same_goal(ran: Ran, t
     assert told.what.startswith("1. MOVE LV 500 DIL 3000: finished, ")
 
 
+def test_lamp_lasts_no_longer_than_the_limit_of_steps(ran: Ran, tmp_path: Path) -> None:
+    (tmp_path / "p.lamp").write_text("1. MOVE LV 500 DIL 3000\n")
+    (tmp_path / "mine.toml").write_text(HEAD + DRIVES + LAMP + "[limits]\nsteps = 50\n")
+    ((task,),) = tasks_of(load(tmp_path / "mine.toml")[0]).values()
+    assert isinstance(task, MissionTask)
+    known = replace(task, reference=ran.judged["mine/open"].led["odometry"][1].reference)  # it may take longer
+    known.carry_out(ran.store)
+    run = mission_of(known, ran.store).run
+    assert run.why.startswith("failed: stage 1, not done after 2 s")
+    assert run.time == pytest.approx(2.0, abs=0.1)
+
+
 def test_a_mission_goes_elsewhere_with_all_that_it_reads(
     ran: Ran, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
