@@ -231,11 +231,7 @@ def mission_bounds(
     way = max(plan.goal - begun, 0.0) + math.dist(ground.position(plan.goal), goal)
     optimal = way / limits.speed
     turned = math.fsum(turn_of(order.behaviour) for order in plan.orders if order.at >= begun)
-    return MissionBounds(way, _ideal(optimal, turned, limits), optimal)
-
-
-def _ideal(optimal: float, turned: float, limits: Limits) -> float:
-    return optimal + turned / limits.turn_rate
+    return MissionBounds(way, optimal + turned / limits.turn_rate, optimal)
 
 
 def turn_of(behaviour: str) -> float:
