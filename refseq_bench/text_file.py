@@ -101,6 +101,11 @@ def toml_value(value: Any) -> str:
     return repr(value)
 
 
+def toml_lines(table: Mapping[str, Any]) -> str:
+    """A table's keys, a line each."""
+    return "".join(f"{toml_key(key)} = {toml_value(value)}\n" for key, value in table.items())
+
+
 def toml_key(key: str) -> str:
     """A key, in quotes where it has a point."""
     return json.dumps(key) if "." in key else key

@@ -112,6 +112,28 @@ def test_no_function_is_written_twice():
     assert [twins for twins in places.values() if len(twins) > 1] == []
 
 
+def docstrings(tree: ast.Module) -> list[str]:
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    found = [ast.get_docstring(node) for node in ast.walk(tree) if isinstance(node, documented)]
+    return [text for text in found if text]
+
+
+def test_docstrings_begin_with_words_and_name_what_there_is():
+    trees = {path: ast.parse(path.read_text()) for path in tracked() if path.suffix == ".py"}
+    classes = {node.name for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    modules = {path.stem for path in trees}
+    told = [(path.name, text) for path, tree in trees.items() for text in docstrings(tree)]
+    # Words that are a class as well, as Map, begin sentences; a name of two words never does.
+    begun = [(name, first) for name, text in told if re.match(r"[A-Z][a-z]+[A-Z]", first := text.split()[0])]
+    assert [(name, first) for name, first in begun if first in classes] == []
+    named = [
+        (name, f"{module}.{called}")
+        for name, text in told
+        for module, called in re.findall(r"``(?:[\w.]+\.)?(\w+)\.([A-Z]\w*[a-z]\w*)``", text)
+    ]
+    assert [one for one in named if one[1].split(".")[0] in modules and one[1].split(".")[1] not in classes] == []
+
+
 def test_every_room_is_shipped_and_watched_over():
     rooms = ROOMS - {"tests"}
     contracts = PROJECT["tool"]["importlinter"]

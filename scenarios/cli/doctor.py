@@ -67,6 +67,9 @@ COSTS = {
     "gymnasium": "no environments to train a robot in",
 }
 
+SPARED = ("optuna", "gymnasium", "networkx", "junitparser", "websockets")
+"""Packages that the demo runs without: other commands import them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Check:
@@ -167,13 +170,14 @@ def _packages() -> list[Check]:
 
 def _package(demand: Requirement) -> Check:
     cost = COSTS.get(demand.name, "whatever imports it stops")
-    remedy = _pip(f"'{demand.name}{demand.specifier}'")
+    remedy, needed = _pip(f"'{demand.name}{demand.specifier}'"), demand.name not in SPARED
     try:
         version = importlib.metadata.version(demand.name)
     except importlib.metadata.PackageNotFoundError:
-        return Check(demand.name, f"not installed, wants {demand.specifier}", False, cost, remedy)
+        return Check(demand.name, f"not installed, wants {demand.specifier}", False, cost, remedy, needed)
     ok = demand.specifier.contains(version, prereleases=True)
-    return Check(demand.name, version if ok else f"{version}, wants {demand.specifier}", ok, cost, remedy)
+    told = version if ok else f"{version}, wants {demand.specifier}"
+    return Check(demand.name, told, ok, cost, remedy, needed)
 
 
 def _graphics() -> list[Check]:

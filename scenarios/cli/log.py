@@ -1,4 +1,4 @@
-"""The commands ``refseq log info | check``: logs of any robot, before anything is learnt."""
+"""The commands ``refseq log``: logs of any robot, before anything is learnt."""
 
 from collections.abc import Callable
 from dataclasses import asdict

@@ -114,9 +114,9 @@ class TripOptions:
         float, option("METRES", "Take a view every so far; best is as the map was learnt.", "--distance", min=0.05)
     ] = 0.6
     odometry: Annotated[bool, flag("--by-odometry", "Go by the odometer alone, without views.")] = False
-    strip: Annotated[
+    filmstrip: Annotated[
         float | None,
-        option("SECONDS", "Have a bystander take a picture so often, for a strip of them.", "--filmstrip", min=0.1),
+        option("SECONDS", "Have a bystander take a picture so often, for a filmstrip.", "--filmstrip", min=0.1),
     ] = None
 
 
@@ -148,7 +148,7 @@ def run(
     """
     from refseq_bench.scenarios.missions.trip import MissionTrip, run_trip, write_trip
 
-    if trip.strip is not None and output is None:
+    if trip.filmstrip is not None and output is None:
         raise ScenarioError("--filmstrip is left in a folder; valid is to name one as well: --output")
     if output is not None:
         check_folder(output)

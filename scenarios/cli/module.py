@@ -96,7 +96,7 @@ def robot(
     from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of
     from refseq_bench.sim.modules.robot import RobotModule, RobotSettings, latency_line
 
-    if trip.strip is not None:
+    if trip.filmstrip is not None:
         raise ScenarioError("--filmstrip: nobody stands by here; valid is refseq mission run")
     policy = policy_for(access.host, access.port, access.token or "")
     map_, _, plan = compiled_mission(map_file, LEARNT, start, goal, None)

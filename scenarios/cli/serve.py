@@ -25,7 +25,7 @@ ends it."""
 class RobotTopics:
     """Topics, and how often a view is taken."""
 
-    panel: ClassVar[str] = "RobotTopics"
+    panel: ClassVar[str] = "Topics"
     distance: Annotated[
         float | None,
         option("METRES", "A view every so far by odometry; 0: each moment. [default: as the map's places]", min=0.0),

@@ -1,4 +1,4 @@
-"""A contest: several methods learn the same reference views and are asked about the same query views."""
+"""A benchmark: several methods learn the same reference views and are asked about the same query views."""
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -12,6 +12,7 @@ from refseq_bench.scenarios.datasets.layouts import dataset_pairs, is_dataset
 from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
 from refseq_bench.scenarios.drives.left_out import check_all_views
 from refseq_bench.scenarios.drives.naming import pair_name
+from refseq_bench.scenarios.drives.selection import first_kept
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import METHODS, answers_of_each
 from refseq_bench.scenarios.methods.plugins import MisbehavedError
@@ -73,7 +74,7 @@ def _truth(text: str | None) -> GroundTruth | None:
 
 
 def run_benchmark(
-    contest: Benchmark, step: Callable[[str], object], failed: Callable[[str], object]
+    benchmark: Benchmark, step: Callable[[str], object], failed: Callable[[str], object]
 ) -> list[Comparison]:
     """The answers of all methods to each pair of drives. ``step`` is told what begins.
 
@@ -81,15 +82,15 @@ def run_benchmark(
     raises ``MisbehavedError``. Raises ``ScenarioError`` for a file that is not there, before any is read, and for what
     does not fit the drives.
     """
-    for path in (path for pair in contest.pairs for path in (pair.reference, pair.query)):
+    for path in (path for pair in benchmark.pairs for path in (pair.reference, pair.query)):
         if not path.exists():
             raise ScenarioError(f"{path}: is no file; valid is a recording")
     comparisons: list[Comparison] = []
     failures: dict[str, MisbehavedError] = {}
-    for number, pair in enumerate(contest.pairs):
-        step(f"pair {number + 1} of {len(contest.pairs)}")
-        comparisons.append(_answered(pair, contest, failures))
-    if failures and len(failures) == len(contest.methods):
+    for number, pair in enumerate(benchmark.pairs):
+        step(f"pair {number + 1} of {len(benchmark.pairs)}")
+        comparisons.append(_answered(pair, benchmark, failures))
+    if failures and len(failures) == len(benchmark.methods):
         raise next(iter(failures.values()))
     for failure in failures.values():
         failed(str(failure))
@@ -101,36 +102,31 @@ def _without(comparison: Comparison, methods: Collection[str]) -> Comparison:
     return replace(comparison, beliefs=left)
 
 
-def _answered(pair: DrivePair, contest: Benchmark, failures: dict[str, MisbehavedError]) -> Comparison:
+def _answered(pair: DrivePair, benchmark: Benchmark, failures: dict[str, MisbehavedError]) -> Comparison:
     """The answers to one pair of drives of all methods that have not failed; those that do now join ``failures``."""
-    if pair.truth is not None and contest.selection.thin:
+    if pair.truth is not None and benchmark.selection.thin:
         raise ScenarioError("--thin leaves pictures out, and the ground truth counts all; valid is one of them")
-    reference = read_drive(pair.reference, replace(contest.selection, views=contest.places))
-    query = read_drive(pair.query, contest.selection)
+    reference = read_drive(pair.reference, replace(benchmark.selection, views=benchmark.places))
+    query = read_drive(pair.query, benchmark.selection)
     asked = Comparison("", reference.views, reference.metadata, query.views, query.metadata, {})
     if pair.truth is not None:
         check_all_views(reference.metadata, pair.reference)
         check_all_views(query.metadata, pair.query)
-        asked = PictureTruth(pair.truth, (first_place(contest.places), 0)).judging(asked)
-    views = query_views(asked.query_views, contest, pair.query)
-    left = [name for name in contest.methods if name not in failures]
-    found = answers_of_each(left, reference.views, views, seed=contest.seed)
+        asked = PictureTruth(pair.truth, (first_kept(benchmark.places), 0)).judging(asked)
+    views = query_views(asked.query_views, benchmark, pair.query)
+    left = [name for name in benchmark.methods if name not in failures]
+    found = answers_of_each(left, reference.views, views, seed=benchmark.seed)
     failures.update(found.failures)
-    return replace(asked, name=_name(reference, query, contest), query_views=views, beliefs=found.beliefs)
-
-
-def first_place(places: str | None) -> int:
-    """Number of the first view that ``FROM:TO`` keeps."""
-    return int((places or "").partition(":")[0] or 0)
+    return replace(asked, name=_name(reference, query, benchmark), query_views=views, beliefs=found.beliefs)
 
 
 Tolerances = tuple[Tolerance, Tolerance]
 """The wide and the narrow one."""
 
 
-def tolerances_of(contest: Benchmark, comparisons: Sequence[Comparison]) -> dict[str, Tolerances]:
+def tolerances_of(benchmark: Benchmark, comparisons: Sequence[Comparison]) -> dict[str, Tolerances]:
     """The tolerances of each experiment by its name: those of the ground truth, or in metres."""
-    pairs = zip(contest.pairs, comparisons, strict=True)
+    pairs = zip(benchmark.pairs, comparisons, strict=True)
     return {one.name: pair.truth.tolerances if pair.truth else (WIDE, NARROW) for pair, one in pairs}
 
 
@@ -144,10 +140,10 @@ def by_experiment(
     return [*found, (ALL, figures(comparisons, *shared.pop()))] if len(near) > 1 and len(shared) == 1 else found
 
 
-def query_views(views: Sequence[View], contest: Benchmark, path: Path) -> tuple[View, ...]:
+def query_views(views: Sequence[View], benchmark: Benchmark, path: Path) -> tuple[View, ...]:
     """The views of a query drive that are asked about."""
-    left = tuple(views[first_view(contest.start, len(views), path) :])
-    return kidnapped(left, contest.kidnap, path) if contest.kidnap else left
+    left = tuple(views[first_view(benchmark.start, len(views), path) :])
+    return kidnapped(left, benchmark.kidnap, path) if benchmark.kidnap else left
 
 
 def first_view(start: str, count: int, path: Path) -> int:
@@ -170,13 +166,13 @@ def kidnapped(views: Sequence[View], kidnap: str, path: Path) -> tuple[View, ...
     return (*views[:start], *views[end:])
 
 
-def _name(reference: Recording, query: Recording, contest: Benchmark) -> str:
+def _name(reference: Recording, query: Recording, benchmark: Benchmark) -> str:
     """Name the experiment: what drives share that differ in the seed only, and what was made of them."""
     parts = [pair_name(reference.metadata, query.metadata)]
-    if contest.places:
-        parts.append(f"places {contest.places} learnt")
-    if contest.start != "0":
-        parts.append(f"from {contest.start if '%' in contest.start else f'view {contest.start}'} on")
-    if contest.kidnap:
-        parts.append(f"kidnapped {contest.kidnap}")
+    if benchmark.places:
+        parts.append(f"places {benchmark.places} learnt")
+    if benchmark.start != "0":
+        parts.append(f"from {benchmark.start if '%' in benchmark.start else f'view {benchmark.start}'} on")
+    if benchmark.kidnap:
+        parts.append(f"kidnapped {benchmark.kidnap}")
     return ", ".join(parts)

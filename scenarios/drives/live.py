@@ -88,7 +88,7 @@ class LiveTab:
 
     @property
     def name(self) -> str:
-        """Panels of the tab."""
+        """Name of the tab."""
         return "Localise"
 
     def layout(self) -> rrb.Container:
@@ -120,5 +120,5 @@ def live_logger(stream: rr.RecordingStream, name: str, drive: Drive, layer: Loca
 
 def _corners(drive: Drive) -> list[Pose]:
     """The route's corners."""
-    plan = plan_of(drive)
-    return [Pose(float(x), float(y), 0.0) for x, y in plan.routes.get(drive.route, ())]
+    corners = plan_of(drive).routes.get(drive.route_name, ())
+    return [Pose(float(x), float(y), 0.0) for x, y in corners]

@@ -114,6 +114,11 @@ class Drive:
         return 1 if self.robot_spread == CALIBRATED else self.seed
 
     @property
+    def route_name(self) -> str:
+        """Name of the route in ``plan_of`` the drive: its own where it has waypoints."""
+        return OWN_ROUTE if self.waypoints else self.route
+
+    @property
     def day(self) -> int:
         """Seed of what is not as it was."""
         return self.seed if self.change_seed is None else self.change_seed
@@ -121,7 +126,7 @@ class Drive:
 
 def name_of_route(drive: Drive) -> str:
     """The route in words, with the stretch of it that is driven."""
-    name = OWN_ROUTE if drive.waypoints else drive.route
+    name = drive.route_name
     if not drive.start and drive.end is None:
         return name
     return f"{name} from {drive.start:g} m" + ("" if drive.end is None else f" to {drive.end:g} m")
@@ -155,7 +160,7 @@ def open_bench(drive: Drive, *, watched: bool = False, pictured: bool = False) -
         spread=spread_named(drive.robot_spread),
         unit=drive.unit,
     )
-    route = OWN_ROUTE if drive.waypoints else drive.route
+    route = drive.route_name
     if route not in world.routes:
         raise ScenarioError(f"unknown route {route!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
     return Bench(world, robot, route=driven(world.routes[route], drive), seed=drive.seed, settings=settings)

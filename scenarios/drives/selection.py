@@ -7,14 +7,23 @@ from pathlib import Path
 from refseq.view import LASER, View
 from refseq_bench.scenarios.errors import ScenarioError
 
+SPAN = re.compile(r"(\d*):(\d*)")
+"""``FROM:TO``, each of which may be left out."""
+
 
 def stretch(text: str | None, count: int, path: Path) -> slice:
     """``FROM:TO`` as a slice of the ``count`` views of ``path`` that holds at least one."""
-    match = re.fullmatch(r"(\d*):(\d*)", text or ":")
+    match = SPAN.fullmatch(text or ":")
     wanted = slice(int(match[1] or 0), int(match[2] or count)) if match else slice(0, 0)
     if not 0 <= wanted.start < wanted.stop <= count:
         raise ScenarioError(f"{path}: views {text!r} is no stretch of it; valid is FROM:TO within 0:{count}")
     return wanted
+
+
+def first_kept(text: str | None) -> int:
+    """Number of the first view of ``FROM:TO``, of which ``stretch`` has seen that it is one."""
+    match = SPAN.fullmatch(text or ":")
+    return int(match[1] or 0) if match else 0
 
 
 def only(view: View, sensors: tuple[str, ...] | None) -> View:

@@ -50,10 +50,7 @@ def write_trajectories(
     found = {name: poses for name, poses in _poses(map_, views, beliefs).items() if any(poses)}
     if form is TrajectoryFormat.KITTI:
         whole = [all(row) for row in zip(*found.values(), strict=True)]
-        found = {
-            name: [pose if keep else None for pose, keep in zip(poses, whole, strict=True)]
-            for name, poses in found.items()
-        }
+        found = {name: _kept(poses, whole) for name, poses in found.items()}
     files = []
     for name, poses in found.items():
         kept = [(view.time, pose) for view, pose in zip(views, poses, strict=True) if pose is not None]

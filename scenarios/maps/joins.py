@@ -1,6 +1,5 @@
 """Decisions about joins as a file that a person reads, changes and gives back, as a table, and as questions (M8)."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +12,7 @@ from refseq.files import replace_text
 from refseq_bench.scenarios.drives.inputs import writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import TextTable
-from refseq_bench.text_file import TextFileError, read_toml
+from refseq_bench.text_file import TextFileError, read_toml, toml_lines
 
 HEAD = """\
 # Joins that refseq map merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
@@ -69,16 +68,16 @@ def write_decisions(path: Path, decisions: Sequence[Decision]) -> None:
     tables = [HEAD]
     for d in decisions:
         table = {
-            "one": json.dumps(d.one),
-            "other": json.dumps(d.other),
-            "first": list(d.first),
-            "second": list(d.second),
+            "one": d.one,
+            "other": d.other,
+            "first": d.first,
+            "second": d.second,
             "lengths_m": [round(length, 2) for length in d.lengths],
-            "joined": str(d.joined).lower(),
-            **({} if d.why == BY_A_PERSON else {"machine": str(d.joined).lower()}),
-            "why": json.dumps(d.why, ensure_ascii=False),
+            "joined": d.joined,
+            **({} if d.why == BY_A_PERSON else {"machine": d.joined}),
+            "why": d.why,
         }
-        tables.append("[[join]]\n" + "".join(f"{key} = {value}\n" for key, value in table.items()))
+        tables.append("[[join]]\n" + toml_lines(table))
     with writing(path):
         replace_text(path, "\n".join(tables))
 

@@ -1,6 +1,5 @@
 """Page of joins to confirm: pictures and scans side by side, the plan, and what speaks against each, worst first."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +20,7 @@ from refseq_bench.scenarios.maps.joins_plan import DrawnPlan, drawn_plan
 from refseq_bench.scenarios.maps.joins_scans import REACH, DrawnScans, drawn_scans
 from refseq_bench.scenarios.maps.view_pictures import ViewPictures, view_pictures
 from refseq_bench.scenarios.report.page import rendered
+from refseq_bench.text_file import toml_lines
 
 SCRIPT = "joins.js"
 CONTRADICTED = "odometry and the other joins contradict it"
@@ -193,5 +193,6 @@ def _motion(scanned: tuple[ScannedPath, ScannedPath], window: ScanWindow, mine: 
 
 
 def _table(decision: Decision) -> str:
-    rows = {"one": decision.one, "other": decision.other, "first": decision.first, "second": decision.second}
-    return "".join(f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in rows.items())
+    return toml_lines(
+        {"one": decision.one, "other": decision.other, "first": decision.first, "second": decision.second}
+    )

@@ -20,6 +20,7 @@ from refseq_bench.scenarios.methods.plugins import (
     is_plugin,
 )
 from refseq_bench.scenarios.methods.reference import Reference
+from refseq_bench.scenarios.scoring.comparison import HINDSIGHT
 from refseq_bench.scenarios.scoring.merging import Merging, by_views, merged_drives
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
@@ -30,7 +31,7 @@ ON_REQUEST = tuple(name for name, profile in PROFILES.items() if profile.asks_ne
 
 METHODS = (*(name for name in STAGED if not name.startswith(ON_REQUEST)), *BASELINES)
 
-HINDSIGHT = tuple(f"{profile}/hindsight" for profile in PROFILES)
+IN_HINDSIGHT = tuple(f"{profile}/{HINDSIGHT}" for profile in PROFILES)
 """The chain's answers in the light of the whole drive. No robot could have known them on its way: they are in no group,
 and are asked for and scored by this name only."""
 
@@ -57,7 +58,7 @@ def profile_of(method: str) -> str | None:
     None: the method is another. The settings are not looked at.
     """
     profile, _, stage = method.rpartition("/")
-    ours = profile.partition("+")[0] in PROFILES and (stage in tuple(Stage) or stage == "hindsight")
+    ours = profile.partition("+")[0] in PROFILES and (stage in tuple(Stage) or stage == HINDSIGHT)
     return profile if ours else None
 
 
@@ -68,7 +69,7 @@ def is_staged(method: str) -> bool:
 
 def is_hindsight(method: str) -> bool:
     """True for the answers of a chain of ours in the light of the whole drive."""
-    return profile_of(method) is not None and method.endswith("/hindsight")
+    return profile_of(method) is not None and method.endswith(f"/{HINDSIGHT}")
 
 
 def modules_of(names: Iterable[str]) -> tuple[str, ...]:
@@ -107,7 +108,7 @@ def check_methods(names: Iterable[str]) -> None:
         elif (profile := profile_of(name)) is not None:
             profile_named(profile)
         elif name not in METHODS:
-            valid = ", ".join((*METHODS, *GROUPS, *HINDSIGHT, *installed(), "package.module:Class"))
+            valid = ", ".join((*METHODS, *GROUPS, *IN_HINDSIGHT, *installed(), "package.module:Class"))
             raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, ./program")
 
 
@@ -228,7 +229,7 @@ class Learnt:
         for profile, one in self.ours.items():
             beliefs = one.answers(query, self._stages(profile), self._seed)
             found |= {f"{profile}/{stage}": answers for stage, answers in beliefs.items()}
-            if (hindsight := f"{profile}/hindsight") in self._methods and one.map.has_one_path:
+            if (hindsight := f"{profile}/{HINDSIGHT}") in self._methods and one.map.has_one_path:
                 found[hindsight] = one.in_hindsight(query, self._seed)
         return {name: found[name] for name in self._methods}
 

@@ -1,13 +1,15 @@
 """Leaders of missions: the way that was learnt, its true places, and the localiser on it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.routes import shortest_route
 from refseq.belief import Belief, LocaliserProtocol, Stage
+from refseq.features.memory import clock
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.missions import TrueWay, path_along, path_of
@@ -18,30 +20,66 @@ from refseq_bench.scenarios.methods.baselines import BASELINES
 from refseq_bench.scenarios.methods.by_name import is_staged
 from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin
 from refseq_bench.scenarios.methods.reference import Reference
-from refseq_bench.scenarios.scoring.merging import merged_drives
+from refseq_bench.scenarios.scoring.merging import Merging, merged_drives
 
 PROFILE = "best"
 """Whose map tells the way where a method has no profile: behaviours, doors and lengths are the same in all."""
 
 
 @dataclass(frozen=True)
+class KnownDrives:
+    """The ``drives`` that a leader has learnt, the ``maps`` of each, and the ``map`` of all.
+
+    ``merging`` tells how the maps became one, None where there is one that is as it was learnt.
+    """
+
+    drives: tuple[Reference, ...]
+    maps: tuple[Map, ...]
+    map: Map
+    merging: Merging | None = None
+
+    @classmethod
+    def alone(cls, method: str, drive: Reference) -> Self:
+        """One drive, as it was."""
+        map_ = drive.map(_profile(method))
+        return cls((drive,), (map_,), map_)
+
+    @classmethod
+    def merged(cls, method: str, drives: Mapping[str, Reference], merge: bool) -> Self:
+        """Drives by name, merged into one map, or beside each other."""
+        maps = tuple(drive.map(_profile(method)).named(name) for name, drive in drives.items())
+        return cls(tuple(drives.values()), maps, *merged_drives(maps, merge))
+
+    @property
+    def views(self) -> list[Sequence[View]]:
+        """The views of each drive."""
+        return [drive.views for drive in self.drives]
+
+
+@dataclass(frozen=True)
 class Leader:
-    """A method as a leader: the ground truth, and its localiser, None without one. ``map`` is what it keeps."""
+    """A method as a leader: the ground truth, and its localiser, None without one.
+
+    ``learn_s`` [s] is what learning took beside the map's, and ``guest`` the user's localiser behind it, which has a
+    process until it is closed.
+    """
 
     ground: TrueWay
     localiser: LocaliserProtocol | None
-    map: Map
+    learn_s: float = 0.0
+    guest: PluginLocaliser | None = None
+
+    def close(self) -> None:
+        """End the guest's process."""
+        if self.guest is not None:
+            self.guest.close()
 
 
-def along_reference(method: str, drive: Reference, *, localised: bool, seed: int) -> Leader:
+def along_reference(method: str, known: KnownDrives, *, localised: bool, seed: int) -> Leader:
     """Along one reference drive, from its start to its end."""
-    map_ = drive.map(_profile(method))
-    ground = TrueWay(path_along(map_), positions(drive.views))
-    if not localised:
-        return Leader(ground, None, map_)
-    if is_staged(method):
-        return Leader(ground, _staged(method, map_, seed), map_)
-    return Leader(ground, _of_views(method, drive), map_)
+    (drive,) = known.drives
+    ground = TrueWay(path_along(known.map), positions(drive.views))
+    return _leader(method, ground, known, seed) if localised else Leader(ground, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,20 +89,16 @@ class Journey:
     start: Pose
     path: str
     goal: float | None
-    merge: bool = True
 
 
-def over_several(
-    method: str, names: Sequence[str], drives: Sequence[Reference], journey: Journey, *, localised: bool, seed: int
-) -> Leader:
-    """Along the shortest route over several drives, merged into one map.
+def over_several(method: str, known: KnownDrives, journey: Journey, *, localised: bool, seed: int) -> Leader:
+    """Along the shortest route over several drives, in one map.
 
     It begins at the view nearest to the start that looks the same way: who sets the robot down says where. Raises
     ``MapError`` where no route leads to the goal.
     """
-    maps = [drive.map(_profile(method)).named(name) for name, drive in zip(names, drives, strict=True)]
-    map_, _ = merged_drives(maps, journey.merge)
-    views = [drive.views for drive in drives]
+    map_, views = known.map, known.views
+    names = [path.name for path in map_.paths]
     number = names.index(journey.path)
     along = map_.paths[number].along
     last = len(along) - 1 if journey.goal is None else int(np.abs(along - journey.goal).argmin())
@@ -75,11 +109,23 @@ def over_several(
     places = np.concatenate([leg[min(n, 1) :] for n, leg in enumerate(legs)]) if legs else _at(journey.start)
     ground = TrueWay(path_of(map_, route), places)
     if not localised:
-        return Leader(ground, None, map_)
+        return Leader(ground, None)
+    found = _leader(method, ground, known, seed)
+    if is_staged(method) or found.localiser is None:
+        return found
+    return replace(found, localiser=InPlaces(found.localiser, held, len(map_)))
+
+
+def _leader(method: str, ground: TrueWay, known: KnownDrives, seed: int) -> Leader:
+    """A leader whose localiser answers in the map, or, where it is none of ours, in the views of all drives."""
     if is_staged(method):
-        return Leader(ground, _staged(method, map_, seed), map_)
-    every = Reference([view for of_drive in views for view in of_drive])
-    return Leader(ground, InPlaces(_of_views(method, every), held, len(map_)), map_)
+        return Leader(ground, Localiser(known.map, stage=Stage(method.partition("/")[2]), seed=seed))
+    first, *further = known.drives
+    drive = Reference([view for views in known.views for view in views]) if further else first
+    begin = clock()
+    guest = PluginLocaliser(method, drive.views) if is_plugin(method) else None
+    localiser = guest or BASELINES[method](drive)
+    return Leader(ground, localiser, clock() - begin, guest)
 
 
 class InPlaces:
@@ -117,14 +163,6 @@ def positions(views: Sequence[View]) -> NDArray[np.float64]:
 
 def _profile(method: str) -> str:
     return method.partition("/")[0] if is_staged(method) else PROFILE
-
-
-def _staged(method: str, map_: Map, seed: int) -> Localiser:
-    return Localiser(map_, stage=Stage(method.partition("/")[2]), seed=seed)
-
-
-def _of_views(method: str, drive: Reference) -> LocaliserProtocol:
-    return PluginLocaliser(method, drive.views) if is_plugin(method) else BASELINES[method](drive)
 
 
 def _held(map_: Map) -> NDArray[np.intp]:

@@ -179,7 +179,10 @@ def run_program(
     stages: Sequence[LampStage],
     drive: Drive,
 ) -> MissionResult:
-    """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows."""
+    """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows.
+
+    The ``drive`` tells its faults, and how long all stages together may last.
+    """
     touches, watcher = ContactLog(bench), _Watcher(bench, ground, drive.faults)
     end = goal or _pair(ground, plan.goal)
     measure = mission_bounds(plan, ground, bench.pose, bench.robot.limits, end)
@@ -189,7 +192,7 @@ def run_program(
         watcher.look()
 
     start = bench.pose
-    ended = run_lamp(bench, stages, each=look)
+    ended = run_lamp(bench, stages, patience=drive.patience, each=look)
     why = "" if ended.finished else f"failed: stage {len(ended.stages)}, {ended.stages[-1].why}"
     poses = np.concatenate([np.array([[start.x, start.y, start.heading]]), *(one.path[1:] for one in ended.stages)])
     times = CONTROL_PERIOD * np.arange(len(poses))[:, None]
@@ -228,11 +231,7 @@ def mission_bounds(
     way = max(plan.goal - begun, 0.0) + math.dist(ground.position(plan.goal), goal)
     optimal = way / limits.speed
     turned = math.fsum(turn_of(order.behaviour) for order in plan.orders if order.at >= begun)
-    return MissionBounds(way, _ideal(optimal, turned, limits), optimal)
-
-
-def _ideal(optimal: float, turned: float, limits: Limits) -> float:
-    return optimal + turned / limits.turn_rate
+    return MissionBounds(way, optimal + turned / limits.turn_rate, optimal)
 
 
 def turn_of(behaviour: str) -> float:

@@ -43,13 +43,13 @@ from refseq_bench.worlds.plans.load import world_names
 class MissionTrip:
     """A mission's ``drive``: world, light, robot, seed; the robot is set down ``at`` [m] along the way.
 
-    With ``odometry`` it takes no view. A bystander looks every ``strip`` [s]; None: there is none.
+    With ``odometry`` it takes no view. A bystander looks every ``filmstrip`` [s]; None: there is none.
     """
 
     drive: Drive
     at: float = 0.0
     odometry: bool = False
-    strip: float | None = None
+    filmstrip: float | None = None
 
     @classmethod
     def from_map(
@@ -65,7 +65,7 @@ class MissionTrip:
         seed: int = 1,
         renderer: str | None = None,
         odometry: bool = False,
-        strip: float | None = None,
+        filmstrip: float | None = None,
         every: float = EVERY,
         seeks: bool = False,
     ) -> "MissionTrip":
@@ -79,7 +79,7 @@ class MissionTrip:
         for name, given in (("light", light), ("robot", robot)):
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
-        looks = (map_.sensors != {LASER} and not odometry) or strip is not None or seeks
+        looks = (map_.sensors != {LASER} and not odometry) or filmstrip is not None or seeks
         kind = renderer or (told.get("renderer", DEFAULT_RENDERER) if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
             raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")
@@ -93,10 +93,10 @@ class MissionTrip:
             renderer=RendererKind(kind),
             trigger=Trigger(distance=every),
         )
-        if strip is not None and drive.renderer is RendererKind.NONE:
+        if filmstrip is not None and drive.renderer is RendererKind.NONE:
             valid = ", ".join(kind for kind in RendererKind if kind is not RendererKind.NONE)
-            raise ScenarioError(f"a strip needs a renderer; valid are --renderer {valid}")
-        return cls(drive, at, odometry, strip)
+            raise ScenarioError(f"a filmstrip needs a renderer; valid are --renderer {valid}")
+        return cls(drive, at, odometry, filmstrip)
 
 
 def check_world(map_: Map, option: str = "--world") -> None:
@@ -141,7 +141,7 @@ def run_trip(
     watcher: TripWatcher | None = None,
 ) -> TripResult:
     """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
-    told, bystander = 0, None if trip.strip is None else Bystander(trip.strip)
+    told, bystander = 0, None if trip.filmstrip is None else Bystander(trip.filmstrip)
     recorder = Recorder()
 
     def each(executor: Executor, bench: Bench) -> None:
@@ -161,7 +161,7 @@ def run_trip(
     localiser = None if trip.odometry else recorder.heard(Localiser(map_))
     if watcher is not None and localiser is not None:
         localiser = HeardLocaliser(localiser, watcher.saw)
-    leader = Leader(ground, localiser, map_)
+    leader = Leader(ground, localiser)
     goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:
         done = run_plan(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
@@ -180,7 +180,7 @@ def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
         raise ScenarioError(f"start {trip.at:g} m the way is at its end; valid is before that")
     start = poses[at]
     waypoints = ((start.x, start.y), (ahead.x, ahead.y))
-    bench = open_bench(replace(trip.drive, waypoints=waypoints), watched=trip.strip is not None)
+    bench = open_bench(replace(trip.drive, waypoints=waypoints), watched=trip.filmstrip is not None)
     bench.place(start)
     return bench
 
@@ -195,7 +195,7 @@ def poses_of(map_: Map, plan: Plan) -> list[Pose]:
 
 
 def write_trip(folder: Path, trip: MissionTrip, made: TripResult) -> None:
-    """Leave the log, the plan with the true path, the record, the photographs and the strip in a folder."""
+    """Leave the log, the plan with the true path, the record, the photographs and the filmstrip in a folder."""
     run = made.done.run
     replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in run.log))
     name = f"mission: {trip.drive.robot} in {trip.drive.world} at {trip.drive.light}, seed {trip.drive.seed}"
@@ -208,5 +208,5 @@ def write_trip(folder: Path, trip: MissionTrip, made: TripResult) -> None:
             replace_bytes(folder / f"{name}-{camera}.png", cv2.imencode(".png", image)[1].tobytes())
     if made.frames:
         drive = trip.drive
-        with replacing_at(folder / "strip.png") as temporary:
+        with replacing_at(folder / "filmstrip.png") as temporary:
             filmstrip_of(made.frames, f"{drive.robot} in {drive.world} at {drive.light}").savefig(temporary)

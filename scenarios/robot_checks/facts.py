@@ -33,7 +33,7 @@ def robots_facts() -> list[dict[str, object]]:
 
 
 def robot_facts(body: Body) -> dict[str, object]:
-    """One robot, for other programs; measures as in ``sources.Measure``."""
+    """One robot, for other programs; measures as in ``sources.RobotMeasure``."""
     robot, limits = body.robot, body.robot.limits
     return {
         "name": robot.name,

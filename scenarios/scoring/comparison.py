@@ -97,6 +97,10 @@ def shared_methods(comparisons: Sequence[Comparison]) -> list[str]:
     return [*stages, *(method for method in shared if method not in stages)]
 
 
+HINDSIGHT = "hindsight"
+"""Stands for a stage in the name of a method that answers when the drive is over."""
+
+
 def single_view_of(method: str) -> str | None:
     """The method that answers each view for itself where this one uses their order; ``None`` for one that does not.
 
@@ -104,6 +108,6 @@ def single_view_of(method: str) -> str | None:
     baselines stand alone.
     """
     profile, stroke, stage = method.rpartition("/")
-    if stage not in {*Stage, "hindsight"} or stage == Stage.UNIFORM:
+    if stage not in {*Stage, HINDSIGHT} or stage == Stage.UNIFORM:
         return None
     return f"{profile}{stroke}{Stage.UNIFORM}"

@@ -61,11 +61,13 @@ def run_lamp(
     stages: Sequence[LampStage],
     *,
     timeout: float = TIMEOUT,
+    patience: float = math.inf,
     each: Callable[[BehaviourMoment], None] | None = None,
 ) -> LampEnded:
     """Run a program until a stage fails, and call ``each`` after every control period.
 
-    ``timeout`` [s] of simulated time is a stage's; after it, it has failed. Raises ``SimError`` for no stage, for a
+    ``timeout`` [s] of simulated time is a stage's; after it, or when all of them have taken as long as ``patience``,
+    it has failed. Raises ``SimError`` for no stage, for a
     robot without sonars, and for the number of a sonar that the robot has not, before it moves.
     """
     description = description_of(bench.robot)
@@ -75,8 +77,9 @@ def run_lamp(
         raise SimError(f"LAMP: timeout = {timeout:g} s is not valid: valid is a time above 0 s")
     behaviours = [behaviour_for(stage, description, bench.robot.name) for stage in stages]
     ended: list[StageEnded] = []
+    end = bench.time + patience
     for stage, behaviour in zip(stages, behaviours, strict=True):
-        done = run(bench, _WithoutLaser(behaviour), timeout=timeout, each=each)
+        done = run(bench, _WithoutLaser(behaviour), timeout=min(timeout, max(0.0, end - bench.time)), each=each)
         ended.append(StageEnded(stage, done.outcome, done.why, done.time, done.path))
         if done.outcome is not BehaviourOutcome.FINISHED:
             break

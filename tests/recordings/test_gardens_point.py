@@ -10,9 +10,9 @@ from tests.recordings.asking import recording
 @pytest.fixture(scope="module")
 def scores() -> dict[str, Score]:
     pairs = pairs_of([recording("gardens-point") / "night-day"])
-    contest = Benchmark(pairs, ("best/uniform", "best/chain"))
-    comparisons = run_benchmark(contest, lambda _: None, pytest.fail)
-    [(name, found)] = by_experiment(comparisons, tolerances_of(contest, comparisons))
+    benchmark = Benchmark(pairs, ("best/uniform", "best/chain"))
+    comparisons = run_benchmark(benchmark, lambda _: None, pytest.fail)
+    [(name, found)] = by_experiment(comparisons, tolerances_of(benchmark, comparisons))
     assert name == "night-day/day_right → night-day/night_right"
     return {one.method: one.wide for one in found}
 

@@ -11,7 +11,7 @@ from refseq.view import LASER
 from refseq_bench import robots
 from refseq_bench.robots import Robot
 from refseq_bench.robots.behaviours.written import parse_behaviour
-from refseq_bench.scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, name_of_route, plan_of
+from refseq_bench.scenarios.drives.record import Drive, check_sensors, driven, name_of_route, plan_of
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.sim.bench.faults import CameraBlack, check_driven, check_fault
 from refseq_bench.sim.cameras.library import load_camera
@@ -139,7 +139,7 @@ def _length(asked: _Route) -> float:
         end=asked.end,
     )
     plan = plan_of(drive)
-    name = OWN_ROUTE if drive.waypoints else drive.route
+    name = drive.route_name
     if name not in plan.routes:
         raise ScenarioError(f"unknown route {name!r} in world {plan.name!r}: valid are {', '.join(plan.routes)}")
     route = driven(np.array(plan.routes[name]), drive)

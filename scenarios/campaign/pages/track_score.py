@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from statistics import fmean
 
-from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord
+from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord, ShareRecord
 from refseq_bench.scenarios.scoring.intervals.bootstrap import middle, resamples
 from refseq_bench.scenarios.scoring.proportion import Proportion
 
@@ -35,15 +35,19 @@ def _scored(
 ) -> MethodRecord:
     found = [case.method(method) for case in cases]
     answered = [one for one in found if one]
-    right, of = (sum(getattr(one.success, key) for one in answered) for key in ("right", "of"))
-    low, high = Proportion(right, of).interval
     by_seed = [fmean(_area(one, seed) for one in found) for seed in seeds]
     bounds = seeds_interval(by_seed) or (None, None)
     score = {"score": fmean(by_seed), "score_low": bounds[0], "score_high": bounds[1], "cases": len(cases)}
     areas = [_area(case.method(method), seed) for case in shared for seed in seeds]
     score |= {"score_shared": fmean(areas) if areas else None, "cases_shared": len(shared)}
-    share = answered[0].success.model_copy(update={"right": right, "of": of, "low": low, "high": high})
-    return answered[0].model_copy(update={"success": share, "figures": score, "runs": {}, "costs": {}, "digests": {}})
+    shares = {name: _pooled([getattr(one, name) for one in answered]) for name in ("success", "success_narrow")}
+    return answered[0].model_copy(update={**shares, "figures": score, "runs": {}, "costs": {}, "digests": {}})
+
+
+def _pooled(shares: Sequence[ShareRecord]) -> ShareRecord:
+    found = Proportion.pooled(Proportion(one.right, one.of) for one in shares)
+    low, high = found.interval
+    return ShareRecord(right=found.successes, of=found.trials, low=low, high=high)
 
 
 def _area(one: MethodRecord | None, seed: int) -> float:

@@ -1,8 +1,8 @@
 """The task of a mission: a method learns the references and leads a robot that is set down where the query starts."""
 
 import math
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -12,7 +12,8 @@ from refseq.atlas.routes import NoRouteError
 from refseq.missions import MissionError, MissionPath, Plan, as_learnt
 from refseq_bench.scenarios.campaign.declare.assignment import LAMP, ODOMETRY, Assignment
 from refseq_bench.scenarios.campaign.declare.outcomes import one_line
-from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
+from refseq_bench.scenarios.campaign.declare.sources import Source
+from refseq_bench.scenarios.campaign.run.answering import cost_of, learnt_in
 from refseq_bench.scenarios.campaign.run.tasks import Question, drive_with_files
 from refseq_bench.scenarios.campaign.store.answers import beliefs_digest
 from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
@@ -21,10 +22,9 @@ from refseq_bench.scenarios.campaign.store.missions import KeptMission, read_mis
 from refseq_bench.scenarios.campaign.store.views import source_key
 from refseq_bench.scenarios.drives.record import Drive, open_bench
 from refseq_bench.scenarios.methods.by_name import modules_of
-from refseq_bench.scenarios.methods.reference import Reference
-from refseq_bench.scenarios.missions.leader import Journey, Leader, along_reference, over_several
+from refseq_bench.scenarios.missions.leader import Journey, KnownDrives, Leader, along_reference, over_several
 from refseq_bench.scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
-from refseq_bench.scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
+from refseq_bench.scenarios.scoring.cost import Cost, forget_peak
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.rendering.renderer import RendererKind
 
@@ -99,38 +99,31 @@ class MissionTask(Question):
     def carry_out(self, store: Store) -> None:
         """Learn and lead."""
         forget_peak()
-        drives = list(self.learnt(store).values())
-        begin = time.perf_counter()
-        with open_bench(self.drive) as bench:
+        known = self._known(store)
+        with open_bench(self.drive) as bench, ExitStack() as open_until_counted:
+            leader = None
             try:
-                leader = self._leader(drives, bench)
-                plan = self._plan(leader.ground.way)
-                learnt_s = time.perf_counter() - begin
-                done = self._done(bench, leader, plan)
-                known: tuple[object, ...] = (*leader.map.sequences, leader.localiser)
+                leader = open_until_counted.enter_context(closing(self._leader(known, bench)))
+                done = self._done(bench, leader, self._plan(leader.ground.way))
             except (MissionError, NoRouteError) as error:
-                done, known = refused_run(bench, str(error), self.assignment.goal), ()
-                learnt_s = time.perf_counter() - begin
-        cost = Cost(
-            learn_s=learnt_s,
-            answer_s=math.fsum(belief.timings.total for belief in done.beliefs),
-            places=sum(len(drive.views) for drive in drives),
-            bytes_kept=bytes_kept(*known),
-            features=None,
-            peak_bytes=peak_bytes(),
-        )
+                done = refused_run(bench, str(error), self.assignment.goal)
+            cost = _cost(known, leader, done)
         kept = KeptMission(done.run, cost, beliefs_digest(done.beliefs))
         store.make(self.key, self.ending, lambda path: write_mission(path, kept))
 
-    def _leader(self, drives: Sequence[Reference], bench: Bench) -> Leader:
+    def _known(self, store: Store) -> KnownDrives:
+        drives = self.learnt(store)
+        if self.assignment.target is None:
+            return KnownDrives.alone(self.method, *drives.values())
+        return KnownDrives.merged(self.method, drives, self.merge)
+
+    def _leader(self, known: KnownDrives, bench: Bench) -> Leader:
         localised = self.method not in BLIND
         target = self.assignment.target
         if target is None:
-            return along_reference(self.method, drives[0], localised=localised, seed=self.seed)
-        journey = Journey(bench.pose, target.path, target.along, self.merge)
-        return over_several(
-            self.method, names_of(self.references), drives, journey, localised=localised, seed=self.seed
-        )
+            return along_reference(self.method, known, localised=localised, seed=self.seed)
+        journey = Journey(bench.pose, target.path, target.along)
+        return over_several(self.method, known, journey, localised=localised, seed=self.seed)
 
     def _plan(self, way: MissionPath) -> Plan:
         asked = self.assignment.asked
@@ -141,6 +134,19 @@ class MissionTask(Question):
         if self.method == LAMP:
             return run_program(bench, leader.ground, plan, assignment.goal, stages=assignment.stages, drive=drive)
         return run_plan(bench, leader, plan, assignment.goal, sensors=self.sensors, drive=drive)
+
+
+def _cost(known: KnownDrives, leader: Leader | None, done: MissionResult) -> Cost:
+    """Cost of the maps and of a leader, None where there is no way to lead; opening the bench is no method's."""
+    guest = leader and leader.guest
+    return cost_of(
+        known.drives,
+        (*known.map.sequences, leader and leader.localiser),
+        learn_s=learnt_in(known.maps, [known.merging]) + (leader.learn_s if leader else 0.0),
+        answer_s=math.fsum(belief.timings.total for belief in done.beliefs),
+        features=None,
+        guests=[guest] if guest else [],
+    )
 
 
 def mission_of(task: MissionTask, store: Store) -> KeptMission:

@@ -113,12 +113,17 @@ def _views_of(task: Question, store: Store) -> list[PayloadFile]:
 
 
 def _real_files(source: Log | Images) -> list[PayloadFile]:
-    path, *_ = paths = real_paths(source)
-    if isinstance(source, Log):
-        names = filter(None, (source.file, source.truth))
-        return [PayloadFile(REAL, name, file) for name, file in zip(names, paths, strict=True)]
-    folder = PurePosixPath(source.folder)
-    return [PayloadFile(REAL, str(folder / file.name), file) for file in sorted(path.iterdir()) if file.is_file()]
+    names = (source.file, source.truth) if isinstance(source, Log) else (source.folder,)
+    paths = real_paths(source)
+    return [piece for name, path in zip(filter(None, names), paths, strict=True) for piece in _pieces(name, path)]
+
+
+def _pieces(name: str, path: Path) -> list[PayloadFile]:
+    """A file, or all files of a folder, as a recording may be one."""
+    if not path.is_dir():
+        return [PayloadFile(REAL, name, path)]
+    files = sorted(file for file in path.rglob("*") if file.is_file())
+    return [PayloadFile(REAL, str(PurePosixPath(name, file.relative_to(path).as_posix())), file) for file in files]
 
 
 def _maps_of(task: Question, store: Store) -> list[PayloadFile]:

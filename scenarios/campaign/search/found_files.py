@@ -12,7 +12,7 @@ from refseq_bench.scenarios.campaign.declare.cases import Case
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable
 from refseq_bench.scenarios.campaign.search.dials import Point
 from refseq_bench.scenarios.campaign.search.seek import Found
-from refseq_bench.text_file import toml_key, toml_value
+from refseq_bench.text_file import toml_lines
 
 OWN = ("faults",)
 """Keys that a query does not take over from the reference."""
@@ -31,7 +31,7 @@ def scenario_text(case: Case, folder: Path, *, title: str, note: str, expect: st
     }
     reference, *further = (_plain(table, case.file, folder) for table in scenario.references)
     query = _plain(scenario.query, case.file, folder)
-    lines = [f"{key} = {toml_value(value)}" for key, value in top.items()]
+    lines = toml_lines(top).splitlines()
     lines += _table("[reference]", _changed(reference, _defaults(scenario.reference)))
     for table in further:
         lines += _table("[[further]]", _beside(table, reference, scenario.reference))
@@ -71,7 +71,7 @@ def _beside(table: Mapping[str, Any], reference: Mapping[str, Any], declared: An
 def _table(heading: str, values: Mapping[str, Any]) -> list[str]:
     """A table, without what is None: TOML has no word for it, and it is the default."""
     told = {key: _without_none(value) for key, value in values.items() if value is not None}
-    return ["", heading, *(f"{toml_key(key)} = {toml_value(value)}" for key, value in told.items())] if told else []
+    return ["", heading, *toml_lines(told).splitlines()] if told else []
 
 
 def _without_none(value: Any) -> Any:

@@ -39,7 +39,7 @@ class Store:
     """Files in a folder, each named by its key; one that is there is whole.
 
     Several processes, of several campaigns, may make the same file at once: the last one wins, and all are alike. A
-    file is made in a draft folder (``refseq.files``) and moved to its name in one step. Raises ``ScenarioError`` where
+    file is made in a draft folder (``refseq.drafts``) and moved to its name in one step. Raises ``ScenarioError`` where
     the folder cannot be made.
     """
 

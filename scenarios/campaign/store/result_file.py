@@ -203,10 +203,15 @@ class MachineRecord(Record):
     guests: str = ""
 
 
-class CampaignRecord(Record):
-    """The whole file; ``seconds`` is the wall clock from the start to the last verdict."""
+class Versioned(Record):
+    """The part of the file that all formats have."""
 
     format: int = FORMAT
+
+
+class CampaignRecord(Versioned):
+    """The whole file; ``seconds`` is the wall clock from the start to the last verdict."""
+
     started: str
     seconds: float
     complete: bool
@@ -260,11 +265,10 @@ def read_result(folder: Path) -> CampaignRecord:
     if len(text) > RESULT_BYTES:
         raise ScenarioError(f"{path}: is longer than {RESULT_BYTES} bytes, the most that is valid")
     try:
-        record = CampaignRecord.model_validate_json(text)
+        if (form := Versioned.model_validate_json(text).format) != FORMAT:
+            raise ScenarioError(f"{path}: has format {form}; this bench reads {FORMAT}")
+        return CampaignRecord.model_validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]
         told = ": ".join(part for part in (".".join(map(str, first["loc"])), first["msg"]) if part)
         raise ScenarioError(f"{path}: is no result of a campaign: {told}; valid is what a campaign wrote") from error
-    if record.format != FORMAT:
-        raise ScenarioError(f"{path}: has format {record.format}; this bench reads {FORMAT}")
-    return record

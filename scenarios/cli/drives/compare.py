@@ -60,7 +60,7 @@ def compare(
     from refseq_bench.scenarios.methods.by_name import methods_named
     from refseq_bench.scenarios.scoring.figures import figures_record
 
-    _check_outputs(output, report, drives)
+    check_output(output, report, of=drives)
     pairs, wanted = pairs_of(drives, ground_truth, layout), methods_named(words(methods, "methods"))
     benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed, reading.chosen())
     failures: list[str] = []
@@ -83,10 +83,6 @@ def _leave(failures: "Sequence[str]") -> None:
         say(err, f"failed: {failure}")
     if failures:
         raise typer.Exit(1)
-
-
-def _check_outputs(output: Path | None, report: Path | None, drives: "Sequence[Path]") -> None:
-    check_output(output, report, of=drives)
 
 
 def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:

@@ -66,7 +66,7 @@ def live(
     """Localise while the robot drives, and show what it believes."""
     only_one_of(script=script, keys=keys)
     only_one_of(rrd=rrd, connect=screen.connect, serve=screen.serve)
-    check_output(output, recording, rrd, of=[map_file])
+    check_output(output, recording, rrd, of=[map_file, script])
     screen.check(rrd)
     from refseq.map.localiser import StagedLocaliser
     from refseq.viewer.belief_log import LocaliserLayer

@@ -101,6 +101,7 @@ def _ground_truth(
     """The ground truth by picture, seen to fit the map and the drive, each with its file, before the work begins."""
     from refseq_bench.scenarios.datasets.ground_truth import PictureTruth, ground_truth
     from refseq_bench.scenarios.drives.evaluate import comparison_of
+    from refseq_bench.scenarios.drives.selection import first_kept
 
     (map_, map_file), (drive, query) = learnt, asked
     if selection.thin:
@@ -109,8 +110,7 @@ def _ground_truth(
         raise ScenarioError(f"{map_file}: is a map of several paths; valid with --ground-truth is a map of one")
     check_all_views(map_.metadata, map_file)
     check_all_views(drive.metadata, query)
-    first = int((selection.views or "").partition(":")[0] or 0)
-    found = PictureTruth(ground_truth(text), (0, first))
+    found = PictureTruth(ground_truth(text), (0, first_kept(selection.views)))
     found.judging(comparison_of("", map_, drive, {}))
     return found
 

@@ -99,6 +99,7 @@ def record(
 
     only_one_of(behaviours=behaviours, script=script)
     _check_name(output, form)
+    _check_spared(script, output, form)
     style = replace(style_named(operator_style), side=side)
     if script is not None and style != OperatorStyle():
         raise ScenarioError("--operator-style and --side are of who follows the route; valid is none with --script")
@@ -117,6 +118,16 @@ def _check_name(output: Path, form: FormatName) -> None:
     """Raise ``ScenarioError`` for a file that is not named as a recording is; a bag is a folder, of any name."""
     if form is FormatName.MCAP:
         DRIVE.check(output)
+
+
+def _check_spared(script: Path | None, output: Path, form: FormatName) -> None:
+    """Raise ``ScenarioError`` where a recording would replace the one that leads it."""
+    from refseq_bench.scenarios.drives.inputs import check_beside, check_output
+
+    if form is FormatName.MCAP:
+        check_output(output, of=[script])
+    elif script is not None:
+        check_beside(script, output)
 
 
 def _by_itself(drive: "Drive", title: str, output: Path, form: FormatName, notes: str) -> None:

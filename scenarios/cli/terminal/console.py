@@ -26,14 +26,6 @@ if TYPE_CHECKING:
     from refseq_bench.scenarios.scoring.comparison import Comparison
     from refseq_bench.scenarios.scoring.proportion import Proportion
 
-__all__ = [
-    "err",
-    "out",
-    "print_results",
-    "say",
-    "share_of",
-]
-
 
 class WideConsole(Console):
     """A console that breaks no line and cuts no cell where nobody reads it in a window: piped, or in a file.

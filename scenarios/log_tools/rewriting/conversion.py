@@ -13,6 +13,7 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.planar import Pose, after_motion
 from refseq.view import LASER, View
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.log_tools.survey import motion_origin
 
 if TYPE_CHECKING:
     from refseq.logs.ros.writer import BagWriter
@@ -147,7 +148,7 @@ def _poses(plan: ViewPlan, target: Path, form: LogFormat) -> Converted:
     """The odometry, or the truth where there is no odometry, as a trajectory; no picture is read."""
     from refseq.logs.trajectories import TrajectoryFormat, write_trajectory
 
-    if not plan.findings.odometry:
+    if not motion_origin(plan.findings):
         raise ScenarioError(f"{plan.source.path}: has no poses; valid for {form} is a log with odometry or truth")
     rows = [(view.time, pose) for view, pose in odometer(plan.views)]
     write_trajectory(target, rows, TrajectoryFormat(form))

@@ -51,7 +51,7 @@ def encoded(views: Sequence[View], requests: Iterable[FrameRequest]) -> dict[Fra
 
 
 class InMemory:
-    """PlaceFrames that comparisons hold themselves."""
+    """Frames that comparisons hold themselves."""
 
     def __init__(self, runs: Sequence[Comparison]) -> None:
         self._runs = runs
@@ -85,7 +85,7 @@ class SamePlace:
 
 @dataclass(frozen=True)
 class PlaceFrames:
-    """FrameSource of one place, reference above query for each camera, as data URIs."""
+    """Frames of one place, reference above query for each camera, as data URIs."""
 
     caption: str
     pairs: tuple[tuple[str, str | None, str | None], ...]

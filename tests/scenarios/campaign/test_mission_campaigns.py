@@ -1,7 +1,8 @@
 """Missions as scenarios: what a file may not say, and a campaign of missions from the file to the page, laser only."""
 
 import math
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,6 +10,9 @@ import numpy as np
 import pytest
 from junitparser import JUnitXml
 
+from refseq.belief import Belief, belief_from
+from refseq.map.map import Map
+from refseq.view import View
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
@@ -18,18 +22,21 @@ from refseq_bench.scenarios.campaign.judge.missions import JudgedMissions
 from refseq_bench.scenarios.campaign.pages.summary import summary
 from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
 from refseq_bench.scenarios.campaign.results import Results
-from refseq_bench.scenarios.campaign.run import remote_payload
+from refseq_bench.scenarios.campaign.run import mission_task, remote_payload
 from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
 from refseq_bench.scenarios.campaign.run.estimate import rest_of
+from refseq_bench.scenarios.campaign.run.learning import LEARNING
 from refseq_bench.scenarios.campaign.run.mission_task import MissionTask, mission_of
 from refseq_bench.scenarios.campaign.run.remote_payload import remote_task_for
 from refseq_bench.scenarios.campaign.run.tasks import RecordTask, Task
-from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
+from refseq_bench.scenarios.campaign.store.cache import MAP, DamagedError, Store
 from refseq_bench.scenarios.campaign.store.missions import read_mission
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, read_result
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, open_bench
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.missions import leader
 from refseq_bench.scenarios.missions.runs import turn_of
+from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.faults import Kidnap
 from refseq_bench.sim.missions.mission import EVERY
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
@@ -361,6 +368,62 @@ def test_what_is_kept_comes_back_as_it_was_and_damage_is_told(ran: Ran, tmp_path
         mission_of(task, store)
 
 
+def test_learning_costs_what_it_took_whoever_learnt_the_map_and_however_long_the_bench_opens(
+    ran: Ran, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    task = ran.judged["mine/open"].led["best/chain"][1]
+    (kept,) = [Map.load(path) for key in task.maps if (path := ran.store.path(key, MAP)).exists()]
+
+    def slow(drive: Drive) -> Bench:
+        time.sleep(0.5)
+        return open_bench(drive)
+
+    monkeypatch.setattr(mission_task, "open_bench", slow)
+    ran.store.discard(task.key)
+    task.carry_out(ran.store)
+    for method in ("odometry", "best/chain"):
+        led = ran.judged["mine/open"].led[method][1]
+        assert mission_of(led, ran.store).cost.learn_s == float(kept.metadata[LEARNING])
+
+
+class Guest:
+    """A user's localiser that knows nothing, and whose process was seen to hold 7 TiB."""
+
+    peak_bytes = 7 << 40
+    open = 0
+
+    def __init__(self, name: str, views: Sequence[View]) -> None:
+        del name
+        self._places = len(views)
+        Guest.open += 1
+
+    def reset(self) -> None:
+        pass
+
+    def update(self, view: View) -> Belief:
+        del view
+        return belief_from(np.ones(self._places), 0.5)
+
+    def bytes_elsewhere(self) -> int:
+        return 5 << 40
+
+    def close(self) -> None:
+        Guest.open -= 1
+
+
+def test_a_user_s_localiser_costs_its_own_process_too_which_ends_with_the_mission(
+    ran: Ran, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(leader, "PluginLocaliser", Guest)
+    task = replace(ran.judged["mine/open"].led["best/chain"][1], methods=("mine:Mine",))
+    task.__dict__["key"] = "guest"  # there is no code of it that a digest could be made of
+    task.carry_out(ran.store)
+    cost = mission_of(task, ran.store).cost
+    assert 7 << 40 < cost.peak_bytes < 8 << 40
+    assert 5 << 40 < cost.bytes_kept < 6 << 40
+    assert Guest.open == 0
+
+
 def test_the_result_file_tells_how_many_of_how_many(ran: Ran) -> None:
     case = next(one for one in ran.record.cases if one.name == "mine/open")
     assert case.schema_type == "mission"
@@ -411,6 +474,18 @@ def test_lamp_is_run_from_the_same_start_and_scored_by_the_same_goal(ran: Ran, t
     assert run.goal == (4.5, 0.0)
     (told,) = run.log
     assert told.what.startswith("1. MOVE LV 500 DIL 3000: finished, ")
+
+
+def test_lamp_lasts_no_longer_than_the_limit_of_steps(ran: Ran, tmp_path: Path) -> None:
+    (tmp_path / "p.lamp").write_text("1. MOVE LV 500 DIL 3000\n")
+    (tmp_path / "mine.toml").write_text(HEAD + DRIVES + LAMP + "[limits]\nsteps = 50\n")
+    ((task,),) = tasks_of(load(tmp_path / "mine.toml")[0]).values()
+    assert isinstance(task, MissionTask)
+    known = replace(task, reference=ran.judged["mine/open"].led["odometry"][1].reference)  # it may take longer
+    known.carry_out(ran.store)
+    run = mission_of(known, ran.store).run
+    assert run.why.startswith("failed: stage 1, not done after 2 s")
+    assert run.time == pytest.approx(2.0, abs=0.1)
 
 
 def test_a_mission_goes_elsewhere_with_all_that_it_reads(

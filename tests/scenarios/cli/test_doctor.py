@@ -69,6 +69,19 @@ def test_a_missing_package_tells_its_cost_and_the_line_to_type(machine):
     assert named("numpy").ok
 
 
+def test_the_demo_does_without_what_other_commands_need(machine):
+    def none(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    machine.setattr(importlib.metadata, "version", none)
+    assert {check.name for check in checks() if not check.needed} >= set(doctor.SPARED)
+    program = (
+        "import sys; sys.modules.update(dict.fromkeys(sys.argv[1:]))\n"  # whoever imports one of them is told
+        "from refseq_bench.scenarios.cli import demo, workshop"
+    )
+    subprocess.run([sys.executable, "-c", program, *doctor.SPARED], check=True)
+
+
 @pytest.mark.parametrize(("version", "ok"), [("3.9", False), ("4.0", True), ("4.7.1", True), ("5.0", False)])
 def test_a_package_must_lie_within_the_bounds(machine, version, ok):
     machine.setattr(importlib.metadata, "version", lambda _: version)

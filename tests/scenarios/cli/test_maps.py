@@ -217,6 +217,13 @@ def test_a_machines_decision_that_a_person_changed_is_not_passed_over(
     assert not (here / "x.refseq").exists()
 
 
+def test_decisions_about_paths_of_any_name_come_back(tmp_path: Path) -> None:
+    names = "ä😀\x7f", 'a "b"\n'
+    write_decisions(tmp_path / "joins.toml", [Decision(*names, (0, 5), (1, 6), (4.0, 4.5), True, "😀")])
+    (machine,) = read_decisions(tmp_path / "joins.toml").machines
+    assert (machine.one, machine.other) == names
+
+
 def test_a_machines_decision_without_its_lengths_is_a_persons(tmp_path: Path) -> None:
     write_decisions(tmp_path / "joins.toml", DECISIONS)
     text = (tmp_path / "joins.toml").read_text()

@@ -24,6 +24,8 @@ COMMANDS = {
     "compare-page": ("drive.mcap", ".html", "compare drive.mcap drive.mcap --report {}"),
     "view": ("drive.mcap", ".rrd", "view drive.mcap -o {}"),
     "check": ("drive.mcap", ".html", "log check drive.mcap -o {}"),
+    "record": ("led.mcap", ".mcap", "record corridor:1 --renderer none --script led.mcap -o {}"),
+    "live": ("led.mcap", ".mcap", "live one.refseq corridor:1 --script led.mcap --recording {}"),
     "layout": ("drive.mcap", ".json", "log layout drive.mcap -o {}"),
     "scene": ("drive.mcap", ".scene", "mission scene drive.mcap --along 1 -o {}"),
     "add": ("drive.mcap", ".refseq", "map add one.refseq drive.mcap -o {}"),
@@ -35,9 +37,9 @@ COMMANDS = {
 }
 """A file that a command reads, the ending of a file that it writes, and the command without that name."""
 OTHERS = {
-    "record": ("beliefs.parquet", ".mcap", "record corridor:1 --renderer none -o {}"),
+    "record-alone": ("beliefs.parquet", ".mcap", "record corridor:1 --renderer none -o {}"),
     "drive": ("beliefs.parquet", ".mcap", "drive corridor:1 --renderer none -o {}"),
-    "live": ("one.refseq", ".mcap", "live one.refseq corridor:1 --recording {}"),
+    "live-alone": ("one.refseq", ".mcap", "live one.refseq corridor:1 --recording {}"),
     "live-viewer": ("drive.mcap", ".rrd", "live one.refseq corridor:1 --rrd {}"),
     "viewer": ("drive.mcap", ".rrd", "module viewer one.refseq --rrd {}"),
     "curves": ("drive.mcap", ".svg", "scenario curves . -o {}"),
@@ -56,6 +58,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with RecordingWriter(folder / "drive.mcap", {}) as writer:
         for view in views:
             writer.write(view, view.truth)
+    (folder / "led.mcap").write_bytes(b"not looked at")
     (folder / "poses.tum").write_text("".join(f"{v.time} {k} 0 0 0 0 0 1\n" for k, v in enumerate(views)))
     (folder / "beliefs.parquet").write_bytes(b"not looked at")
     return folder
@@ -72,12 +75,20 @@ def test_an_input_is_no_output(
     assert _told(made, refseq, command.format(target)) == f"{target}: would overwrite {source}; valid is another name"
 
 
+def test_a_bag_is_no_output_where_the_recording_is_that_leads(
+    made: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(made)
+    told = _told(made, refseq, "record corridor:1 --renderer none --format rosbag2 --script led.mcap -o led.mcap")
+    assert told == "led.mcap: would overwrite led.mcap; valid is another name"
+
+
 @pytest.mark.parametrize("name", COMMANDS | OTHERS)
 def test_a_file_of_another_kind_stays(made: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.chdir(made)
     other, ending, command = (COMMANDS | OTHERS)[name]
     if other.endswith(ending):
-        other = "drive.mcap"
+        other = "one.refseq" if ending == ".mcap" else "drive.mcap"
     told = _told(made, refseq, command.format(other))
     assert told.startswith(f"{other}: is no name of ")
     assert ending in told.partition("; valid is one that ends in ")[2]

@@ -62,9 +62,9 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
     steps: list[str] = []
-    contest = Benchmark(pairs_of(logs), ("thesis/uniform",), places="3:9", start="2")
+    benchmark = Benchmark(pairs_of(logs), ("thesis/uniform",), places="3:9", start="2")
     failures: list[str] = []
-    [found] = run_benchmark(contest, steps.append, failures.append)
+    [found] = run_benchmark(benchmark, steps.append, failures.append)
     assert failures == []
     assert steps == ["pair 1 of 1"]
     assert len(found.reference_views) == 6

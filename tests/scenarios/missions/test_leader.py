@@ -18,6 +18,8 @@ from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.missions.leader import (
     InPlaces,
     Journey,
+    KnownDrives,
+    Leader,
     along_reference,
     over_several,
     positions,
@@ -47,6 +49,15 @@ def drives(views: list[View]) -> list[Reference]:
         for number, view in enumerate(corridor_drive(np.random.default_rng(5), 5 * COUNT, size=120)[-COUNT:])
     ]
     return [Reference(views), Reference(away)]
+
+
+def one_way(method: str, drive: Reference, *, localised: bool) -> Leader:
+    return along_reference(method, KnownDrives.alone(method, drive), localised=localised, seed=1)
+
+
+def there_and_back(method: str, drives: Sequence[Reference], journey: Journey, *, localised: bool) -> Leader:
+    known = KnownDrives.merged(method, dict(zip(["there", "back"], drives, strict=True)), merge=False)
+    return over_several(method, known, journey, localised=localised, seed=1)
 
 
 def bent(told: dict[int, str] | None = None) -> TrueWay:
@@ -101,9 +112,9 @@ def test_views_that_do_not_know_where_they_were_are_told(views: list[View]) -> N
 @pytest.mark.parametrize("method", ["thesis/chain", "hamming"])
 def test_along_one_drive_a_leader_finds_the_views_that_it_learnt(method: str, views: list[View]) -> None:
     drive = Reference(views)
-    blind = along_reference(method, drive, localised=False, seed=1)
+    blind = one_way(method, drive, localised=False)
     assert blind.localiser is None
-    leader = along_reference(method, drive, localised=True, seed=1)
+    leader = one_way(method, drive, localised=True)
     assert leader.ground.places == pytest.approx(truths(views))
     assert leader.ground.way.length == pytest.approx(0.85 * (COUNT - 1))
     assert leader.localiser is not None
@@ -142,8 +153,8 @@ def test_beliefs_of_views_are_summed_up_at_their_places(views: list[View]) -> No
 def test_over_several_drives_it_goes_from_near_the_start_to_the_goal(
     drives: list[Reference], goal: float | None
 ) -> None:
-    journey = Journey(Pose(38.2, 7.1, np.pi), "back", goal, merge=False)
-    leader = over_several("hamming", ["there", "back"], drives, journey, localised=True, seed=1)
+    journey = Journey(Pose(38.2, 7.1, np.pi), "back", goal)
+    leader = there_and_back("hamming", drives, journey, localised=True)
     last = COUNT - 1 if goal is None else 3
     assert leader.ground.places == pytest.approx(truths(drives[1].views)[2 : last + 1])
     assert leader.ground.way.length == pytest.approx(0.85 * (last - 2))
@@ -156,10 +167,10 @@ def test_over_several_drives_it_goes_from_near_the_start_to_the_goal(
 
 
 def test_with_our_own_localiser_it_answers_in_the_map_itself(drives: list[Reference]) -> None:
-    journey = Journey(Pose(1.0, 0.0, 0.0), "there", None, merge=False)
-    blind = over_several("thesis/uniform", ["there", "back"], drives, journey, localised=False, seed=1)
+    journey = Journey(Pose(1.0, 0.0, 0.0), "there", None)
+    blind = there_and_back("thesis/uniform", drives, journey, localised=False)
     assert blind.localiser is None
-    leader = over_several("thesis/uniform", ["there", "back"], drives, journey, localised=True, seed=1)
+    leader = there_and_back("thesis/uniform", drives, journey, localised=True)
     assert leader.localiser is not None
     found = leader.localiser.update(drives[1].views[3]).places
     assert len(found) == 2 * COUNT
@@ -175,16 +186,12 @@ def test_who_looks_the_other_way_begins_on_the_drive_that_went_there(views: list
     ]
     drives = [Reference(views), Reference(back)]
     start = Pose(1.0 + 0.85 * 4, 0.0, np.pi)
-    leader = over_several(
-        "hamming", ["there", "back"], drives, Journey(start, "back", None, False), localised=False, seed=1
-    )
+    leader = there_and_back("hamming", drives, Journey(start, "back", None), localised=False)
     assert leader.ground.way.places[0] == COUNT + 1
 
 
 def test_where_it_is_at_the_goal_already_it_stays(drives: list[Reference]) -> None:
     start = Pose(40.0, 7.0, np.pi)
-    leader = over_several(
-        "hamming", ["there", "back"], drives, Journey(start, "back", 0.0, merge=False), localised=False, seed=1
-    )
+    leader = there_and_back("hamming", drives, Journey(start, "back", 0.0), localised=False)
     assert leader.ground.places == pytest.approx(np.array([[start.x, start.y]]))
     assert leader.ground.way.length == 0.0

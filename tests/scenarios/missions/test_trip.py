@@ -87,8 +87,8 @@ def test_renderers_that_are_none_and_strips_without_one_are_told() -> None:
     map_ = learnt(TOLD, laser=True)
     with pytest.raises(ScenarioError, match="renderer 'crayon' is unknown; valid are "):
         MissionTrip.from_map(map_, renderer="crayon")
-    with pytest.raises(ScenarioError, match="a strip needs a renderer"):
-        MissionTrip.from_map(map_, renderer="none", strip=1.0)
+    with pytest.raises(ScenarioError, match="a filmstrip needs a renderer"):
+        MissionTrip.from_map(map_, renderer="none", filmstrip=1.0)
 
 
 @pytest.mark.parametrize(

@@ -188,6 +188,15 @@ def test_the_same_seed_goes_the_same_way_and_another_seed_another(narrow: World)
 # --- what is wrong ---
 
 
+def test_all_stages_together_take_no_longer_than_the_program_may(bare: World) -> None:
+    stages = parse_lamp("1. MOVE LV 200 DIL 800\n2. MOVE LV 200 DIL 800\n3. MOVE LV 200 DIL 800")
+    with Bench(bare, robots.load("robuter"), settings=PERFECT) as bench:
+        ended = run_lamp(bench, stages, patience=6.0)
+    assert [one.outcome for one in ended.stages] == [BehaviourOutcome.FINISHED, BehaviourOutcome.FAILED]
+    assert ended.stages[-1].why.startswith("not done after ")
+    assert ended.time == pytest.approx(6.0, abs=0.1)
+
+
 def stage(verb: Verb, **numbers: int) -> LampStage:
     return LampStage(verb, {LampWord[name]: number for name, number in numbers.items()})
 

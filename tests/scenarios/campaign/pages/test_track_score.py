@@ -43,6 +43,18 @@ def test_score_is_the_mean_over_cases_with_an_interval_over_seeds() -> None:
     assert f"| b | {0.2 / 2:.3f} (" in text, "a case without an answer has none right"
 
 
+def test_counts_are_those_of_all_cases_by_both_tolerances() -> None:
+    page = PAGE.replace("{score:.3f} ({score_low:.3f} to {score_high:.3f}) in {cases}, {seeds}",
+        "{right} and {right_narrow} of {of}, {failures_narrow} wrong")  # fmt: skip
+    none = method("a", 0).success
+    answered = [of_track(name, a=[0.5]) for name in ("one", "two")]
+    answered[1] = answered[1].model_copy(
+        update={"methods": (answered[1].methods[0].model_copy(update={"success_narrow": none}),)}
+    )
+    text = filled(blocks(page.replace('"b".method = "b"\n', ""), "page")[0], CampaignRuns([campaign(*answered)]))
+    assert "| ours | 10 and 5 of 20, 15 wrong |" in text
+
+
 def test_cases_that_all_answered_have_a_score_of_their_own() -> None:
     page = PAGE.replace("{score:.3f} ({score_low:.3f} to {score_high:.3f})", "{score_shared:.3f}").replace(
         "in {cases}, {seeds}", "in {cases_shared} of {cases}"

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from refseq.logs import open_log, plan_views
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
@@ -26,6 +27,7 @@ from refseq_bench.scenarios.campaign.run.remote_payload import (
 from refseq_bench.scenarios.campaign.run.tasks import RecordTask, distinct, perform
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, WorkerPool
 from refseq_bench.scenarios.campaign.store.cache import ANSWERS, DESCRIPTIONS, MAP, RECORDING, Store
+from refseq_bench.scenarios.log_tools.rewriting.conversion import LogFormat, convert
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign.chores import Dying, Hanging, scenario_in
 
@@ -73,7 +75,16 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
             assert (local.folder / name).read_bytes() == (elsewhere.folder / name).read_bytes()
 
 
-def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("log", "form", "names"),
+    [
+        ("deep/drive.mcap", LogFormat.MCAP, ["deep/drive.mcap"]),
+        ("deep/bag", LogFormat.ROSBAG2, ["deep/bag/bag.mcap", "deep/bag/metadata.yaml"]),
+    ],
+)
+def test_real_recordings_go_with_a_task(
+    log: str, form: LogFormat, names: list[str], tmp_path: Path, in_process: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     home = tmp_path / "real"
     (home / "deep").mkdir(parents=True)
     case = load(scenario_in(tmp_path))[0]
@@ -81,16 +92,16 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
     store = Store(tmp_path / "store")
     record = RecordTask(drive, 60.0)  # type: ignore[arg-type]
     assert perform(record, store).good
-    (home / "deep" / "drive.mcap").write_bytes(store.path(record.key, RECORDING).read_bytes())
+    convert(plan_views(open_log(store.path(record.key, RECORDING))), home / log, form, {})
     text = (
-        'title = "A log"\nseeds = [1]\n[localise]\nmethods = ["thesis"]\n[reference]\nlog = "deep/drive.mcap"\n'
+        f'title = "A log"\nseeds = [1]\n[localise]\nmethods = ["thesis"]\n[reference]\nlog = "{log}"\n'
         "odometry_noise = true\n"
     )
     (tmp_path / "log.toml").write_text(text)
     monkeypatch.setenv("REFSEQ_RECORDINGS", str(home))
     task = answer_tasks(load(tmp_path / "log.toml")[0])[1][0]
     order = remote_task_for(task, store)
-    assert [piece.name for piece in order.pieces if piece.where == remote_payload.REAL] == ["deep/drive.mcap"]
+    assert [piece.name for piece in order.pieces if piece.where == remote_payload.REAL] == names
     sent = contents(order)
     monkeypatch.setenv("REFSEQ_RECORDINGS", str(tmp_path / "nowhere"))
     delivery = carry_out(order, *sent)

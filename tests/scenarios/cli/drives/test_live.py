@@ -90,6 +90,16 @@ def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: 
     assert empty_views(LiveTab(scene_ahead(drive, layer.places), [layer]).layout(), here / "live.rrd") == []
 
 
+def test_the_plan_ahead_holds_a_route_of_the_drive_s_own() -> None:
+    from refseq.viewer.places import Places
+    from refseq_bench.scenarios.drives.live import scene_ahead
+    from refseq_bench.scenarios.drives.record import Drive
+
+    drive = Drive(sensors=("laser",), waypoints=((70.0, 80.0), (75.0, 80.0)))
+    own, usual = (scene_ahead(one, Places(())).extent for one in (drive, Drive(sensors=("laser",))))
+    assert own != usual
+
+
 def test_one_stage_and_a_share_asked_for(here: Path, refseq: Refseq) -> None:
     words = (*LIVE, "--distance", "0.3", "--stage", "prior", "--rrd", "live.rrd")
     assert refseq(*words, "--at-least", "1").code == 0

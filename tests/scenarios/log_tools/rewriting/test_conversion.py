@@ -55,6 +55,22 @@ def test_poses_alone_need_no_picture(bag, views, tmp_path):
     assert steps == pytest.approx([abs(view.distance) for view in views[1:]], abs=1e-5)
 
 
+def test_true_poses_do_where_there_is_no_odometry(tmp_path):
+    drive = RobotDrive(seconds=3.0, odometry_rate=0.0)
+    plan = plan_views(open_log(write_rosbag2(tmp_path / "in", drive)))
+    assert not plan.findings.odometry
+    convert(plan, tmp_path / "out.tum", LogFormat.TUM, {})
+    assert len(np.loadtxt(tmp_path / "out.tum")) == len(plan.views)
+
+
+def test_a_log_without_poses_is_no_trajectory(tmp_path):
+    plan = plan_views(
+        open_log(write_rosbag2(tmp_path / "in", RobotDrive(seconds=3.0, odometry_rate=0.0, truth_rate=0)))
+    )
+    with pytest.raises(ScenarioError, match="has no poses; valid for tum is a log with odometry or truth"):
+        convert(plan, tmp_path / "out.tum", LogFormat.TUM, {})
+
+
 def test_thinned_views_are_those_that_are_written(bag, tmp_path):
     plan = plan_views(open_log(bag)).thinned(0.5)
     convert(plan, tmp_path / "out.mcap", LogFormat.MCAP, {})
