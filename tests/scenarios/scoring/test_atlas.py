@@ -262,17 +262,6 @@ def test_answers_off_the_map_are_no_jumps_and_what_is_behind_is_measured_from_th
     assert jumps([*AHEAD[:2], unknown, *AHEAD[3:6]], [0, 1, 42, 3, 4, 5]) == 0
 
 
-def test_without_odometry_nobody_knows_of_jumps_and_the_way_after_a_fork_is_the_true_one() -> None:
-    query = [replace(view, distance=0.0) for view in PARTING]
-    beliefs = known(*TRUE_PLACES[:11], *[44] * 3, *TRUE_PLACES[14:])
-    found = atlas_score(compared(query, {"m": beliefs}), "m", WIDE)
-    assert found.jumps is None
-    assert found.forks == (3.0,)
-    assumed = replace(compared(PARTING, {"m": beliefs}), query_metadata={"odometry": f"{ASSUMED} 1 m a picture"})
-    assert atlas_score(assumed, "m", WIDE).jumps is None
-    assert atlas_score(compared(PARTING, {"m": beliefs}), "m", WIDE).jumps is not None
-
-
 def test_backing_is_a_way_too() -> None:
     query = [*AHEAD[:5], replace(AHEAD[4], distance=-4.0)]
     assert jumps(query, [0, 1, 2, 3, 7, 0]) == 0  # 7 m back in 4 m
