@@ -1,7 +1,7 @@
 """Merging maps: what their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -120,18 +120,25 @@ class _Merging:
         self._held = held_joins(map_)
         self._scans = ScanCheck(map_, self._tracks, settings)
 
+    @property
+    def _pairs(self) -> Iterable[tuple[str, str, PairSearch]]:
+        """All searches, made one by one: each holds tables of all its pairs of places, for rounds that ask again."""
+        return self._kept_pairs if self._settings.rounds else self._each_pair()
+
     @cached_property
-    def _pairs(self) -> list[tuple[str, str, PairSearch]]:
+    def _kept_pairs(self) -> list[tuple[str, str, PairSearch]]:
+        return list(self._each_pair())
+
+    def _each_pair(self) -> Iterator[tuple[str, str, PairSearch]]:
         """All pairs of sequences, and each with itself, but those of the map that were compared before."""
         held = sorted(zip(self._map.names, self._map.sequences, strict=True), key=lambda pair: self._rank(pair[0]))
-        pairs = [
-            (one, other, PairSearch(first, second, self._settings))
-            for (one, first), (other, second) in combinations(held, 2)
-            if not {one, other} <= self._known
-        ]
+        for (one, first), (other, second) in combinations(held, 2):
+            if not {one, other} <= self._known:
+                yield one, other, PairSearch(first, second, self._settings)
         looked_at = {path.name for path in self._map.paths if len(path.loops)} | self._known
-        loops = [(name, name, LoopSearch.of(own, self._settings)) for name, own in held if name not in looked_at]
-        return [*pairs, *loops]
+        for name, own in held:
+            if name not in looked_at:
+                yield name, name, LoopSearch.of(own, self._settings)
 
     def found(self) -> list[FoundOverlap]:
         """All stretches that two sequences seem to share."""
