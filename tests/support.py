@@ -1,7 +1,7 @@
 """Drives and answers made by rule, for tests that need a whole run without a simulator."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -37,6 +37,23 @@ def texture(along: float, size: int, brightness: float, camera: int) -> np.ndarr
     rng = np.random.default_rng([int(along), camera])
     picture = cv2.resize(rng.random((12, 16)), (size * 4 // 3, size), interpolation=cv2.INTER_CUBIC)
     return np.clip(picture * 200 * brightness, 0, 255).astype(np.uint8)
+
+
+class CountedImages(Mapping[str, np.ndarray]):
+    """A view's images, which note each that is asked for, as a recording decodes it then."""
+
+    def __init__(self, images: Mapping[str, np.ndarray], asked: list[str]) -> None:
+        self._images, self._asked = images, asked
+
+    def __getitem__(self, camera: str) -> np.ndarray:
+        self._asked.append(camera)
+        return self._images[camera]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._images)
+
+    def __len__(self) -> int:
+        return len(self._images)
 
 
 def corridor_scan(x: float, y: float, length: float = 102.0) -> Scan:

@@ -1,7 +1,7 @@
 """Merging maps: what their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -69,7 +69,7 @@ def merge_maps(
     found = merging.found()
     added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
     own = [merging.wish(wish) for wish in added]
-    found, verdicts = merging.found_beside(*merging.judged(found, wishes, own))
+    found, verdicts = merging.found_beside(*merging.judged(found, wishes, own), wishes, own)
     told = [
         _Told.of(one, merging.decision(one, verdict), confirm, wishes)
         for one, verdict in zip(found, verdicts, strict=True)
@@ -120,18 +120,25 @@ class _Merging:
         self._held = held_joins(map_)
         self._scans = ScanCheck(map_, self._tracks, settings)
 
+    @property
+    def _pairs(self) -> Iterable[tuple[str, str, PairSearch]]:
+        """All searches, made one by one: each holds tables of all its pairs of places, for rounds that ask again."""
+        return self._kept_pairs if self._settings.rounds else self._each_pair()
+
     @cached_property
-    def _pairs(self) -> list[tuple[str, str, PairSearch]]:
+    def _kept_pairs(self) -> list[tuple[str, str, PairSearch]]:
+        return list(self._each_pair())
+
+    def _each_pair(self) -> Iterator[tuple[str, str, PairSearch]]:
         """All pairs of sequences, and each with itself, but those of the map that were compared before."""
         held = sorted(zip(self._map.names, self._map.sequences, strict=True), key=lambda pair: self._rank(pair[0]))
-        pairs = [
-            (one, other, PairSearch(first, second, self._settings))
-            for (one, first), (other, second) in combinations(held, 2)
-            if not {one, other} <= self._known
-        ]
+        for (one, first), (other, second) in combinations(held, 2):
+            if not {one, other} <= self._known:
+                yield one, other, PairSearch(first, second, self._settings)
         looked_at = {path.name for path in self._map.paths if len(path.loops)} | self._known
-        loops = [(name, name, LoopSearch.of(own, self._settings)) for name, own in held if name not in looked_at]
-        return [*pairs, *loops]
+        for name, own in held:
+            if name not in looked_at:
+                yield name, name, LoopSearch.of(own, self._settings)
 
     def found(self) -> list[FoundOverlap]:
         """All stretches that two sequences seem to share."""
@@ -139,18 +146,37 @@ class _Merging:
         return sorted(found, key=_in_order)
 
     def _found(self, one: str, other: str, overlap: Overlap) -> FoundOverlap:
+        return self._scans.checked(self._in_views(one, other, overlap))
+
+    def _in_views(self, one: str, other: str, overlap: Overlap) -> FoundOverlap:
+        """An overlap of two sequences' places as one of the views of their paths."""
         ours, theirs = views_of(self._map, one), views_of(self._map, other)
-        pairs = np.column_stack([ours[overlap.pairs[:, 0]], theirs[overlap.pairs[:, 1]]])
-        return self._scans.checked(FoundOverlap(self._number[one], self._number[other], pairs, overlap))
+        views = np.column_stack([ours[overlap.pairs[:, 0]], theirs[overlap.pairs[:, 1]]])
+        return FoundOverlap(self._number[one], self._number[other], views, overlap)
 
     def found_beside(
-        self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]
+        self,
+        found: Sequence[FoundOverlap],
+        verdicts: Sequence[Verdict | None],
+        wishes: Sequence[Decision],
+        own: Sequence[FoundOverlap],
     ) -> tuple[list[FoundOverlap], list[Verdict | None]]:
-        """Look again where the joins that agree lay paths beside each other, as long as that finds more of them."""
+        """Look again where the joins that agree or are given lay paths beside each other, while that finds more.
+
+        What ``wishes`` refuse there takes no part, and is told once.
+        """
         found, verdicts = list(found), list(verdicts)
+        given = self._wished_for(found, wishes, own)
         for _ in range(self._settings.rounds):
-            agreed = [one for one, verdict in zip(found, verdicts, strict=True) if verdict is Verdict.AGREES]
-            more = self._beside(agreed)
+            agreed = [one for one, verdict in zip(found, verdicts, strict=True) if verdict is Verdict.AGREES] + given
+            more = []
+            for one in self._beside(agreed):
+                word = self._word_on(one, wishes)
+                if word is None or word.joined:
+                    more.append(one)
+                elif not any(self._word_on(known, [word]) for known in found):
+                    found.append(one)
+                    verdicts.append(None)
             graph = self._graph([one.join for one in [*agreed, *more]])
             begin = len(graph.candidates) - len(more)
             added = graph.extended(range(begin), range(begin, len(graph.candidates)))
@@ -196,17 +222,27 @@ class _Merging:
 
         Those that ``wishes`` join, and a person's ``own``, are given; those that wishes refuse take no part.
         """
-        wished_for = [next((w for w in wishes if w.about(self.decision(one, None))), None) for one in found]
-        given = [*(one for one, wish in zip(found, wished_for, strict=True) if wish and wish.joined), *own]
         judged = [
             n
             for n, one in enumerate(found)
-            if not wished_for[n] and not one.overlap.objection and self._tracked(one.join)
+            if not self._word_on(one, wishes) and not one.overlap.objection and self._tracked(one.join)
         ]
-        held = [replace(one.join, held=True, alone=True) for one in given if self._tracked(one.join)]
+        held = [replace(one.join, held=True, alone=True) for one in self._wished_for(found, wishes, own)]
         graph = self._graph([*held, *(found[n].join for n in judged)])
         verdicts = dict(zip(judged, graph.verdicts()[len(graph.candidates) - len(judged) :], strict=True))
         return [verdicts.get(n) for n in range(len(found))]
+
+    def _word_on(self, found: FoundOverlap, wishes: Sequence[Decision]) -> Decision | None:
+        """The first of some wishes that is about an overlap."""
+        return next((wish for wish in wishes if wish.about(self.decision(found, None))), None)
+
+    def _wished_for(
+        self, found: Sequence[FoundOverlap], wishes: Sequence[Decision], own: Sequence[FoundOverlap]
+    ) -> list[FoundOverlap]:
+        """Overlaps that a person joins, found or ``own``, as far as odometry goes with them."""
+        words = [(one, self._word_on(one, wishes)) for one in found]
+        given = [*(one for one, word in words if word and word.joined), *own]
+        return [one for one in given if self._tracked(one.join)]
 
     def strained(self, joined: Sequence[FoundOverlap]) -> list[FoundOverlap]:
         """Those of some joins that add more to the squared errors of all than right ones do."""
@@ -270,16 +306,16 @@ class _Merging:
         sides = []
         for (first, last), name in wish.sides:
             held = views_of(self._map, name) if name in self._map.names else np.zeros(0, np.intp)
-            views = held[(held >= first) & (held <= last)]
-            if not len(views):
+            places = np.flatnonzero((held >= first) & (held <= last))
+            if not len(places):
                 raise MapError(f"views {first} to {last} of {name!r} are not there, or joined already")
-            sides.append((self._rank(name), views, self._map.paths[self._number[name]].along[views]))
+            sides.append((self._rank(name), places, self._map.paths[self._number[name]].along[held[places]]))
         self._check_lengths(wish, sides[0][2], sides[1][2])
         (keeps, ours, at), (gives, theirs, along) = sorted(sides, key=lambda side: side[0])
         share = (at - at[0]) / max(float(np.ptp(at)), 1e-9)
-        views = np.column_stack([ours, theirs[nearest(along, along[0] + share * np.ptp(along))]])
-        overlap = Overlap(views, (float(np.ptp(at)), float(np.ptp(along))), {})
-        return FoundOverlap(self._number[keeps[1]], self._number[gives[1]], views, overlap)
+        pairs = np.column_stack([ours, theirs[nearest(along, along[0] + share * np.ptp(along))]])
+        overlap = Overlap(pairs, (float(np.ptp(at)), float(np.ptp(along))), {})
+        return self._in_views(keeps[1], gives[1], overlap)
 
     def lengths(self, wish: Decision) -> tuple[float, float]:
         """Lengths of the stretches of a wish along their paths [m], whoever holds the places."""

@@ -367,6 +367,8 @@ class PairJudge:
 
     def _striking(self, found: Overlap) -> bool:
         """True where the views tell, against the places elsewhere, what chance does not for so long."""
+        if self.settings.striking == np.inf:
+            return False  # nor is a table of all pairs made for it
         nats = float(self.nats[tuple(found.pairs.T)].mean())
         return nats >= self.settings.striking and nats * sum(found.lengths) / 2 >= self.settings.alone
 

@@ -60,17 +60,18 @@ def best_runs(
 
 def _scores(
     gains: NDArray[np.float64], one: NDArray[np.float64], other: NDArray[np.float64], settings: RunSettings
-) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
     """Score of the best run that ends with each pair (K, L), 0 for none, and its last step, −1: it begins there."""
-    scores, steps = np.zeros_like(gains), np.full(gains.shape, -1)
-    costs = {by: _costs(one, other, by, settings) for by in STEPS}
+    scores, steps = np.zeros_like(gains), np.full(gains.shape, -1, np.int8)
+    motions = [(_motions(one, a), _motions(other, b)) for a, b in STEPS]
     for i in range(len(one)):
         best = np.zeros(len(other))
         for number, (a, b) in enumerate(STEPS):
             if i < a or len(other) <= b:
                 continue
             before = scores[i - a, :-b]
-            longer = np.where(before > 0, before - costs[a, b][i - a], 0.0)
+            mine, its = motions[number]
+            longer = np.where(before > 0, before - _costs(mine[i - a], its, settings), 0.0)
             better = longer > best[b:]
             best[b:][better] = longer[better]
             steps[i, b:][better] = number
@@ -78,18 +79,20 @@ def _scores(
     return scores, steps
 
 
-def _costs(
-    one: NDArray[np.float64], other: NDArray[np.float64], by: tuple[int, int], settings: RunSettings
-) -> NDArray[np.float64]:
-    """Cost of a step from each pair on, (K − a, L − b), by the lengths and the turns of both."""
-    (a, b), K, L = by, len(one), len(other)
-    ways = [ways_along(track) for track in (one, other)]
-    length = np.subtract.outer(ways[0][a:] - ways[0][: max(K - a, 0)], ways[1][b:] - ways[1][: max(L - b, 0)])
-    turn = wrapped(np.subtract.outer(one[a:, 2] - one[: max(K - a, 0), 2], other[b:, 2] - other[: max(L - b, 0), 2]))
-    return np.asarray(np.square(length / settings.slack) / 2 + np.square(turn / settings.bend) / 2)
+def _motions(track: NDArray[np.float64], by: int) -> NDArray[np.float64]:
+    """Length and turn from each place to the one so many places on, (n − by, 2)."""
+    stay = max(len(track) - by, 0)
+    ways = ways_along(track)
+    return np.column_stack([ways[by:] - ways[:stay], track[by:, 2] - track[:stay, 2]])
 
 
-def _traced(scores: NDArray[np.float64], steps: NDArray[np.intp], least: float) -> Iterator[NDArray[np.intp]]:
+def _costs(mine: NDArray[np.float64], its: NDArray[np.float64], settings: RunSettings) -> NDArray[np.float64]:
+    """Cost of a motion (2,) beside each of others (m, 2), by the lengths and the turns of both, (m,)."""
+    length, turn = (mine - its).T
+    return np.asarray(np.square(length / settings.slack) / 2 + np.square(wrapped(turn) / settings.bend) / 2)
+
+
+def _traced(scores: NDArray[np.float64], steps: NDArray[np.int8], least: float) -> Iterator[NDArray[np.intp]]:
     """The runs that lead to the highest scores, each but for what belongs to a better one."""
     taken = np.zeros(scores.shape, np.bool_)
     ends = np.flatnonzero(scores >= least)

@@ -17,9 +17,7 @@ from refseq.map.sequence import ReferenceSequence, check_comparable
 
 def columns(sequence: ReferenceSequence) -> Iterator[Features]:
     """The features of each place, place after place."""
-    blocks = sequence.matrix.blocks
-    for column in sequence.matrix.columns():
-        yield {key: column[(column >= b.start) & (column < b.stop)] - b.start for key, b in blocks.items()}
+    return map(sequence.matrix.by_block, sequence.matrix.columns())
 
 
 def renamed(column: Features, names: Features) -> Features:

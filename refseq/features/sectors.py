@@ -48,19 +48,22 @@ class SectorRanges(ScanBits):
     def bits(self, scan: Scan) -> NDArray[np.intp]:
         """Ids of the bits that are set."""
         cells = [
-            np.ravel_multi_index((i, j, *self._cells(scan, turn, reach)), self._grid)
+            np.ravel_multi_index((i, j, seen, self._bins(steps + reach)), self._grid)
             for i, turn in enumerate(SHIFTS)
+            for seen, steps in [self._steps(scan, turn)]
             for j, reach in enumerate(SHIFTS)
         ]
         return np.sort(np.concatenate(cells))
 
-    def _cells(self, scan: Scan, turn: float, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Sector and bin of each sector that sees something, in a grid shifted by shares of a cell."""
+    def _steps(self, scan: Scan, turn: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Sectors that see something, in a grid shifted by a share of one, and how many bins away that is."""
         medians = sector_ranges(scan, int(self.settings.sectors), turn)
         seen = np.flatnonzero(np.isfinite(medians))
         ratio = np.maximum(medians[seen], 1e-3) / self.settings.nearest
-        bins = np.floor(np.log(ratio) / np.log(self.settings.growth) + 1 + reach)
-        return seen, np.clip(bins, 0, self.settings.bins + 1).astype(np.intp)
+        return seen, np.log(ratio) / np.log(self.settings.growth) + 1
+
+    def _bins(self, steps: NDArray[np.float64]) -> NDArray[np.intp]:
+        return np.clip(np.floor(steps), 0, self.settings.bins + 1).astype(np.intp)
 
 
 def sector_ranges(scan: Scan, sectors: int, shift: float = 0.0) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ Algorithm 3 (the noise, the k-d tree), which are ignored.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,9 @@ FINEST = 1440
 """Beams of a scan in which lines are sought: four a degree, over a turn. Six points of a finer scan are a segment too
 short against the noise to have a direction, and the time to join segments grows with the square of their number.
 """
+LATEST = 512
+"""Scans whose lines are kept: walls and doors of one are asked for after each other, and learning passes over its drive
+three times. More spares longer drives the same; each takes about 3 kB."""
 BLOCK = 1 << 20
 """Numbers that are held at a time while it is looked for gaps between lines."""
 
@@ -136,16 +140,27 @@ def walls_in(lines: ScanLines, settings: WallSettings) -> ScanLines:
 
 def find_lines(scan: Scan, settings: WallSettings) -> ScanLines:
     """All lines of a scan, however short: both stages of Algorithm 4."""
-    # Walls and doors of one scan are asked for after each other: its lines are kept.
-    for known, ruled, lines in tuple(_newest):
-        if known is scan and ruled == settings:
-            return lines
-    lines = fuse(grow_segments(scan, settings), settings)
-    _newest[:] = [(scan, settings, lines)]
-    return lines
+    return _lines(_ThisScan(scan), replace(settings, length=0.0))  # which lines are walls is asked of them later
 
 
-_newest: list[tuple[Scan, WallSettings, ScanLines]] = []
+class _ThisScan:
+    """A scan as a key: itself, and not one of the same ranges."""
+
+    __slots__ = ("scan",)
+
+    def __init__(self, scan: Scan) -> None:
+        self.scan = scan
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ThisScan) and other.scan is self.scan
+
+    def __hash__(self) -> int:
+        return id(self.scan)
+
+
+@lru_cache(maxsize=LATEST)
+def _lines(this: _ThisScan, settings: WallSettings) -> ScanLines:
+    return fuse(grow_segments(this.scan, settings), settings)
 
 
 def grow_segments(scan: Scan, settings: WallSettings) -> ScanLines:

@@ -77,8 +77,5 @@ def common_features(distances: PlaceDistances, run: range) -> NDArray[np.intp]:
 
 def _matrix_of(shown: Sequence[NDArray[np.intp]], matrix: IncidenceMatrix) -> IncidenceMatrix:
     """A matrix of the same features whose columns are ``shown``, by rows."""
-    columns = [
-        {key: ids[(ids >= block.start) & (ids < block.stop)] - block.start for key, block in matrix.blocks.items()}
-        for ids in shown
-    ]
+    columns = list(map(matrix.by_block, shown))
     return IncidenceMatrix.from_columns(columns, {key: len(block) for key, block in matrix.blocks.items()})

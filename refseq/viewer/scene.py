@@ -81,7 +81,10 @@ def scene_of(views: Iterable[View], layers: Sequence[LocaliserLayer] = ()) -> Sc
     reckoned: list[Pose] = [ORIGIN]
     ranges: list[NDArray[np.float32]] = []
     for view in views:
-        sizes |= {camera: (image.shape[1], image.shape[0]) for camera, image in view.images.items()}
+        for camera in view.images:
+            if camera not in sizes:  # one size a camera: to ask for a picture decodes it
+                height, width = view.images[camera].shape[:2]
+                sizes[camera] = width, height
         truths.append(view.truth)
         reckoned.append(after_motion(reckoned[-1], view.distance, view.turn) if len(truths) > 1 else ORIGIN)
         if view.scan is not None and len(ranges) < SAMPLES:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -171,6 +172,12 @@ class IncidenceMatrix:
         """``column`` of every place, in one pass."""
         turned = _packed(self.places, self.pointers, (self.K, self.N)).tocsr()
         return np.split(turned.indices.astype(np.intp), turned.indptr[1:-1])
+
+    def by_block(self, column: NDArray[np.intp]) -> dict[str, NDArray[np.intp]]:
+        """The rising ids of a column by their extractors, each numbered from its block's start."""
+        ends = np.searchsorted(column, [0, *(block.stop for block in self.blocks.values())])
+        parts = zip(self.blocks.items(), pairwise(ends), strict=True)
+        return {key: column[first:last] - block.start for (key, block), (first, last) in parts}
 
     def columns_of(self, places: NDArray[np.intp]) -> list[NDArray[np.intp]]:
         """``column`` of some places, in one pass and without the others'."""

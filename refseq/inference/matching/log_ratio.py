@@ -151,7 +151,7 @@ class LogRatioModel:
     def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: LogRatioSettings) -> None:
         self._K, self._blind = matrix.K, settings.blind
         chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
-        columns, neighbours = matrix.columns_of(chosen), Neighbours.of(along)
+        columns, neighbours = [matrix.by_block(one) for one in matrix.columns_of(chosen)], Neighbours.of(along)
         self._blocks: dict[str, tuple[Detection, Calibration]] = {}
         self._elsewhere: dict[str, NDArray[np.float32]] = {}
         self._powers: dict[frozenset[str], float] = {}
@@ -159,7 +159,7 @@ class LogRatioModel:
             if np.isin(matrix.sightings(block), (0, matrix.K)).all():
                 continue  # the same at all places, it tells none from another
             model = Detection(matrix.block(key), neighbours)
-            views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
+            views = [(k, column[key]) for k, column in zip(chosen, columns, strict=True)]
             scores = _elsewhere(model, views, along, settings)
             calibration = Calibration(scores)
             self._blocks[key] = model, calibration
@@ -241,12 +241,6 @@ def power_of(log_ratios: NDArray[np.float64]) -> float:
     from scipy.optimize import brentq  # half a second to import, which who only names a profile does not wait for
 
     return float(brentq(log_mean, low, 1.0, xtol=1e-6))
-
-
-def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
-    """A place's features of one block, numbered from the block's start."""
-    low, high = np.searchsorted(column, [block.start, block.stop])
-    return column[low:high] - block.start
 
 
 def _elsewhere(

@@ -156,7 +156,7 @@ def _check_walls(map_: Map, drive: Sequence[View], placed: Sequence["_PlacedView
     poses = PosesBeside(map_)
     lying = []
     for view in placed:
-        poses.take(usable(drive[view.number]).scan)
+        poses.take(drive[view.number].scan)
         if poses.sees and poses.shown(view.place):
             fit = poses.fit(view.place)
             lying.append(fit is not None and fit.share >= ALIKE)

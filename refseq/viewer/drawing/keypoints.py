@@ -48,4 +48,6 @@ class Keypoints:
 
     def _words(self, sequence: ReferenceSequence) -> list[NDArray[np.intp]]:
         """Features of each place of a sequence, unpacked when one is first asked for."""
-        return self._columns.setdefault(id(sequence), sequence.matrix.columns())
+        if id(sequence) not in self._columns:
+            self._columns[id(sequence)] = sequence.matrix.columns()
+        return self._columns[id(sequence)]

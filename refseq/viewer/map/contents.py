@@ -1,6 +1,6 @@
 """Panels about the places of a map: features of each, and the frames and scans that they were learnt from."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,9 +75,9 @@ class PlacePanels:
 
     def send(self, stream: rr.RecordingStream) -> None:
         """Log place by place."""
-        self._send_matrices(stream)
-        self._send_path(stream)
         counts = list(self._counts())
+        self._send_matrices(stream, counts)
+        self._send_path(stream)
         for place, moment in enumerate(self._moments()):
             set_time_point(stream, moment)
             self._send_view(stream, place)
@@ -101,11 +101,11 @@ class PlacePanels:
             by_key = features_a_place(sequence.matrix)
             yield from ({key: int(count[k]) for key, count in by_key.items()} for k in range(len(sequence)))
 
-    def _send_matrices(self, stream: rr.RecordingStream) -> None:
+    def _send_matrices(self, stream: rr.RecordingStream, counts: Sequence[Mapping[str, int]]) -> None:
         for name, sequence in zip(self.names, self.places.sequences, strict=True):
             _send_matrix(stream, f"map/places/fim/{entity_part(name)}", sequence)
         if self.places.sequences:
-            totals = np.array([sum(counts.values()) for counts in self._counts()], np.float32)
+            totals = np.array([sum(by_key.values()) for by_key in counts], np.float32)
             stream.log("map/places/bars", rr.BarChart(totals, color=colours.REFERENCE), static=True)
             shades = {band.key: band.colour for sequence in self.places.sequences for band in bands(sequence.matrix)}
             for key, shade in shades.items():

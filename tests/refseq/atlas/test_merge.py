@@ -1,5 +1,7 @@
 """Similarity, overlaps and merging on walks whose truth is known."""
 
+import weakref
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, permutations
 
@@ -8,12 +10,14 @@ import pytest
 
 from refseq.atlas.decision import Decision
 from refseq.atlas.merge import merge_maps
-from refseq.atlas.overlap import OverlapSettings, overlaps
+from refseq.atlas.overlap import SHORT_JOINS, Overlap, OverlapSettings, PairSearch, overlaps
 from refseq.atlas.similarity import view_similarity
 from refseq.errors import MapError
+from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS, Profile
 from refseq.map.sequence import ReferenceSequence
+from refseq.view import Scan, View
 from tests.refseq.rooms import bits_drive, bits_sequence, named_maps
 from tests.refseq.walks import Leg, Town, apart
 
@@ -255,6 +259,58 @@ def test_a_wish_lays_its_stretches_beside_each_other_by_their_lengths(even: str)
     # Of paths of equally many places the first by name keeps its own.
     keeps, gives = (ways[name] for name in sorted(ways))
     assert found.views.tolist() == [[n, int(np.argmin(np.abs(gives - at)))] for n, at in enumerate(keeps)]
+
+
+def beside_walls(seed: int, spots: Sequence[int]) -> list[View]:
+    """A drive past walls that look otherwise at each spot, by a laser."""
+    rng, bearings = np.random.default_rng(seed), np.linspace(-np.pi / 2, np.pi / 2, 361)
+    aside, views = np.maximum(np.abs(np.sin(bearings)), 1e-3), []
+    for number, spot in enumerate(spots):
+        ranges = np.minimum((1 + 0.6 * np.sin(spot**2 / 7)) / aside, 12 - 0.3 * (spot % 25)) + rng.normal(0, 0.01, 361)
+        scan = Scan(ranges.clip(0.2, 30).astype(np.float32))
+        views.append(View(float(number), {}, scan, distance=0.8 * (number > 0), turn=0.02 * (number > 0)))
+    return views
+
+
+def test_joins_of_a_person_lay_paths_beside_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing is found by itself: what lies beside a wish is, but not the wish again, nor what is refused."""
+    monkeypatch.setattr(PairSearch, "overlaps", lambda self: [])
+    spots = [spot if spot < 14 or spot >= 22 else spot + 100 for spot in range(36)]
+    maps = [learn(beside_walls(n, one), profile=BEST, name="ab"[n]) for n, one in enumerate((range(36), spots))]
+    one, other = (
+        Decision("a", "b", views, views, (10.4, 10.4), joined=True, why="told") for views in ((0, 13), (22, 35))
+    )
+    assert merge_maps(maps, SHORT_JOINS).decisions == ()
+    more = merge_maps(maps, SHORT_JOINS, wishes=[one]).decisions
+    assert one in more
+    assert any(each.joined for each in more if each.why != "told")
+    assert all(each.first[0] > 13 for each in more if each.why != "told")
+    both = merge_maps(maps, SHORT_JOINS, wishes=[one, other]).decisions
+    assert [(each.first, each.joined) for each in both] == [((0, 13), True), ((22, 35), True)]
+    refused = merge_maps(maps, SHORT_JOINS, wishes=[one, replace(other, first=(14, 35), second=(14, 35), joined=False)])
+    assert [(each.joined, each.why) for each in refused.decisions] == [(False, "told"), (True, "told")]
+    assert refused.found[0].views[0].min() > 13
+
+
+def test_searches_are_let_go_of_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each holds tables of all pairs of places; with rounds they are asked again, and stay."""
+    searches: list[weakref.ref[PairSearch]] = []
+    held, found = [], PairSearch.overlaps
+
+    def overlaps_of(search: PairSearch) -> list[Overlap]:
+        searches.append(weakref.ref(search))
+        held.append(sum(one() is not None for one in searches))
+        return found(search)
+
+    monkeypatch.setattr(PairSearch, "overlaps", overlaps_of)
+    maps = named_maps(["a", "c", "e"], [TOWN.learnt([(name, 0, 12)], n, BEST) for n, name in enumerate("ACE")])
+    merge_maps(maps)
+    assert len(held) == 6
+    assert max(held) <= 2
+    held.clear()
+    searches.clear()
+    merge_maps(maps, OverlapSettings(rounds=1))
+    assert max(held) == 6
 
 
 def test_short_stretches_are_objected_to() -> None:

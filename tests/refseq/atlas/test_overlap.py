@@ -109,6 +109,14 @@ def test_a_frame_shows_what_the_places_hardly_tell() -> None:
     assert search.beside(laid, laid, [found.pairs]) == []
 
 
+@pytest.mark.parametrize(("striking", "asked"), [(np.inf, False), (4.5, True)])
+def test_the_mean_of_both_ways_is_made_where_it_is_asked_for(striking: float, asked: bool) -> None:
+    one, other = (TOWN.learnt([("A", 0, 30)], seed, BEST) for seed in (1, 2))
+    search = PairSearch(one, other, OverlapSettings(striking=striking))
+    assert [found.objection for found in search.overlaps()] == [""]
+    assert ("nats" in vars(search._judge)) is asked
+
+
 def test_a_frame_tells_the_less_the_less_sure_it_is() -> None:
     """At no distance by the logarithm of a variance: of 0.8² m², and with 0.4² m² more on either side."""
     one, other = (TOWN.learnt([("A", 0, 30)], seed, BEST) for seed in (1, 2))

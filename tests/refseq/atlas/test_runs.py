@@ -1,5 +1,6 @@
 """Runs of pairs against a search that tries them all, and what keeps chance out of them."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -63,3 +64,12 @@ def test_forbidden_pairs_are_in_no_run() -> None:
     assert {(i, j) for run in best_runs(nats, straight(8), straight(8)) for i, j in run.tolist()}.isdisjoint(
         (i, j) for i in (3, 4) for j in range(8)
     )
+
+
+def test_runs_take_memory_for_a_few_tables_of_all_pairs() -> None:
+    nats, track = np.full((400, 500), -1.0), straight(500)
+    tracemalloc.start()
+    assert best_runs(nats, track[:400], track) == []
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 4 * nats.nbytes

@@ -79,6 +79,18 @@ def test_a_small_turn_leaves_some_cells() -> None:
         assert here & there
 
 
+def test_medians_are_taken_once_for_each_shift_of_the_sectors(monkeypatch: pytest.MonkeyPatch) -> None:
+    shifts: list[float] = []
+
+    def counted(scan: Scan, sectors: int, shift: float = 0.0) -> np.ndarray:
+        shifts.append(shift)
+        return sector_ranges(scan, sectors, shift)
+
+    monkeypatch.setattr("refseq.features.sectors.sector_ranges", counted)
+    assert len(SectorRanges(SectorSettings()).bits(scan_of(4.0))) == 2 * 24 + 2 * 25
+    assert shifts == list(SHIFTS)
+
+
 def test_nothing_seen_sets_nothing() -> None:
     assert cells(np.inf, SectorSettings()) == set()
     extractor = SectorRanges(SectorSettings())

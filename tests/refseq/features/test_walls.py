@@ -1,16 +1,18 @@
 import math
 import tracemalloc
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
 from refseq.features.walls import ScanLines, WallLines, WallSettings, find_lines, find_walls, fuse, grow_segments
+from refseq.map.learning import learn
 from refseq.planar import Pose
-from refseq.view import Scan, View
+from refseq.view import LASER, Scan, View
 from tests.refseq.floors import box, random_floor
 from tests.refseq.rooms import Wall, cast, rectangle
+from tests.support import corridor_drive
 
 SETTINGS = WallSettings()
 ROOMS: dict[str, list[Wall]] = {
@@ -263,6 +265,23 @@ def test_a_fine_scan_is_thinned_and_takes_no_square_of_its_beams() -> None:
     tracemalloc.stop()
     assert peak < 100 << 20
     np.testing.assert_array_equal(found.moments, find_lines(coarse, WallSettings()).moments)
+
+
+def test_lines_of_a_scan_are_found_once_whatever_is_a_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Learning passes over its drive three times, for walls of two lengths and for doors."""
+    grown: list[int] = []
+    monkeypatch.setattr(
+        "refseq.features.walls.grow_segments", lambda scan, rules: grown.append(1) or grow_segments(scan, rules)
+    )
+    learn(corridor_drive(np.random.default_rng(3), count=12, size=48), sensors=[LASER], profile="best")
+    assert len(grown) == 12
+    scan = cast(ROOMS["corner"], Pose(1.5, 1.5, 0.8))
+    long, short = (find_walls(scan, WallSettings(length=length)) for length in (5.0, 0.0))
+    assert len(long) < len(short)
+    assert len(grown) == 13
+    find_lines(scan, WallSettings(gap=0.2))
+    find_lines(replace(scan), WallSettings())
+    assert len(grown) == 15
 
 
 def test_points_that_are_all_near_take_bounded_memory() -> None:

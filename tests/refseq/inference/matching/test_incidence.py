@@ -31,6 +31,9 @@ def test_is_the_dense_matrix(dense: np.ndarray, data: st.DataObject) -> None:
     assert [list(ids) for ids in matrix.columns_of(some)] == [list(np.flatnonzero(dense[:, k])) for k in some]
     for key, block in matrix.blocks.items():
         np.testing.assert_array_equal(matrix.block(key).dense(), dense[block.start : block.stop])
+        shown = [matrix.by_block(column)[key] for column in matrix.columns()]
+        rows = dense[block.start : block.stop]
+        assert [list(ids) for ids in shown] == [list(np.flatnonzero(column)) for column in rows.T]
 
 
 @quick
@@ -46,6 +49,11 @@ def test_blocks_are_each_extractor_s_rows() -> None:
     matrix = IncidenceMatrix.from_columns([{"b": np.array([1])}, {"a": np.array([0])}], {"a": 3, "b": 2, "c": 4})
     assert matrix.blocks == {"a": range(3), "b": range(3, 5), "c": range(5, 9)}
     np.testing.assert_array_equal(matrix.rows(np.array([4, 0])), [[True, False], [False, True]])
+
+
+def test_a_matrix_without_extractors_has_columns_without_blocks() -> None:
+    matrix = IncidenceMatrix.from_columns([{}], {})
+    assert [matrix.by_block(column) for column in matrix.columns()] == [{}]
 
 
 def test_a_place_without_a_sensor_has_none_of_its_features() -> None:

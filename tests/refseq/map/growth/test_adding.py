@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from refseq import Map, MapError, Stage, add_drive, learn, localise
 from refseq.atlas.merge import merge_maps
-from refseq.map.growth.adding import Grown, GrowthSettings, _placed
+from refseq.map.growth.adding import Grown, GrowthSettings, _check_walls, _placed
 from refseq.map.growth.seen import seen_drive
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
 from refseq.view import LASER, View
 from tests.refseq.rooms import bits_drive, bits_map, without
-from tests.support import CAMERAS, corridor_drive, texture
+from tests.support import CAMERAS, CountedImages, corridor_drive, texture
 
 COUNT, SPACING = 34, 0.85
 CHANGED = range(13, 20)
@@ -94,6 +94,15 @@ def test_a_drive_between_other_walls_is_refused_though_it_looks_alike(wider: flo
         MapError, match=rf"views, of which {COUNT} look like places of it, but 0 of {COUNT} lie on their walls"
     ):
         add_drive(map_, elsewhere, settings=anywhere)
+
+
+def test_the_look_at_walls_asks_for_no_picture() -> None:
+    map_, rules, asked = learn(drive(1), profile=BEST, name="way"), GrowthSettings(), list[str]()
+    placed = _placed(map_, seen_drive(map_, drive(2), 0), rules)
+    assert len(placed) >= 0.8 * COUNT
+    counted = [replace(view, images=CountedImages(view.images, asked)) for view in drive(2)]
+    _check_walls(map_, counted, placed, rules)
+    assert asked == []
 
 
 def test_the_same_drive_adds_nothing_the_second_time(grown: Grown) -> None:

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.map.learning import learn
 from refseq.viewer.drawing.keypoints import Keypoints
 from refseq.viewer.places import Places
@@ -25,3 +26,12 @@ def test_keys_of_a_place_are_told_apart_whoever_found_them(profile: str) -> None
     assert len(other.matched) < 0.8 * len(own.matched)
     assert (own.matched >= -0.5).all()
     assert (own.matched <= (320, 240)).all()
+
+
+def test_words_of_all_places_are_unpacked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    views = corridor_drive(np.random.default_rng(2), count=4, size=96)
+    keypoints, calls, columns = Keypoints(Places.of(learn(views))), list[int](), IncidenceMatrix.columns
+    monkeypatch.setattr(IncidenceMatrix, "columns", lambda self: calls.append(1) or columns(self))
+    for place, view in enumerate(views):
+        assert keypoints.marked(view, "forward", place) is not None
+    assert len(calls) == 1

@@ -9,6 +9,7 @@ from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.view import View
 from refseq.viewer.drawing.incidence import HEIGHT, bands, features_a_place, incidence_picture
+from refseq.viewer.map import contents
 from refseq.viewer.map.tab import MapTab
 from refseq.viewer.recording import write_recording
 from tests.refseq.rooms import named_maps
@@ -59,6 +60,13 @@ def test_features_of_each_place_are_the_matrix_s(learnt: Map, tmp_path: Path) ->
     (bars,) = values(tmp_path / "map.rrd", "/map/places/bars", "BarChart:values")
     assert bars[0]["buffer"] == [len(column) for column in columns]
     assert shown == len(learnt.sequence.matrix.places)
+
+
+def test_features_of_a_sequence_are_counted_once(learnt: Map, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[int] = []
+    monkeypatch.setattr(contents, "features_a_place", lambda matrix: calls.append(1) or features_a_place(matrix))
+    write_recording(tmp_path / "map.rrd", [MapTab(learnt)], name="map")
+    assert len(calls) == 1
 
 
 def test_an_atlas_shows_each_of_its_sequences(learnt: Map, views: list[View], tmp_path: Path) -> None:
