@@ -62,7 +62,7 @@ def learn(
 
 
 def learn_stretch(
-    drive: Sequence[View],
+    drive: list[View],
     wanted: Sequence[str],
     names: Sequence[str],
     chosen: Profile,
