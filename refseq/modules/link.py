@@ -112,7 +112,8 @@ class ZenohLink:
         It looks again behind its claim: of two that come at once, both of which saw nobody, at least one sees the
         other. Then the first by name stays, and waits until the other has gone.
         """
-        mine, claim = f"{CLAIMS}/{role}/{random_token()}", None
+        mine = f"{CLAIMS}/{role}/{random_token()}"
+        claim: Any = None
         for _ in range(int(2 * LEASE / AGAIN)):  # one that died a moment ago may still be seen
             if claim is None and not self._claims(role):
                 claim = self._session.liveliness().declare_token(mine)
