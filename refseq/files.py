@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO
 
 from refseq.drafts import draft_folder
+from refseq.errors import RefseqError
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2
 """Of Linux: paths are from the working directory; two names change their places."""
@@ -71,6 +72,15 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
     """A binary file that becomes ``path`` when the block ends well; otherwise ``path`` stays as it was."""
     with replacing_at(path) as draft, draft.open("xb") as file:
         yield file
+
+
+@contextmanager
+def naming_writes(path: Path | str, error: type[RefseqError]) -> Iterator[None]:
+    """Tell an ``OSError`` of the block as a package's own ``error``, which names the ``path``, not its draft."""
+    try:
+        yield
+    except OSError as met:
+        raise error(f"{path}: cannot be written: {met.strerror or met}") from met
 
 
 def replace_bytes(path: Path, content: bytes) -> None:

@@ -158,17 +158,11 @@ def _scan(scan: Scan, time: float) -> Scan:
     told = np.where(scan.returned, scan.ranges, np.float32(np.inf))  # as a log is read
     if not np.array_equal(told, scan.ranges):
         scan = replace(scan, ranges=told)
-    return facing(_turned_round(scan) if scan.step < 0 else scan)
+    return facing(scan)
 
 
 def _has_no_beams(scan: object) -> bool:
     return isinstance(scan, Scan) and np.shape(scan.ranges) == (0,)
-
-
-def _turned_round(scan: Scan) -> Scan:
-    """The scan of a scanner that turns clockwise, counter-clockwise."""
-    last = scan.start + scan.step * (len(scan.ranges) - 1)
-    return replace(scan, ranges=scan.ranges[::-1].copy(), start=last, step=-scan.step)
 
 
 def _is_number(value: object) -> bool:

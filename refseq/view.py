@@ -54,12 +54,18 @@ class Scan(SameValues):
 
 
 def facing(scan: Scan) -> Scan:
-    """The scan with its middle ahead, within half a turn: all that looks for walls and doors takes it for that.
+    """The scan counter-clockwise with its middle ahead, within half a turn: all that looks for walls takes it for that.
 
-    A scanner that sees all around may begin anywhere; its scan then begins behind the robot. Beams stay in their order.
-    Where the last one looks where the first does, so does the new last one: one direction's second range is left out.
+    A scanner that sees all around may begin anywhere; its scan then begins behind the robot. Beams stay in their order,
+    but for those of a scanner that turns clockwise, which are turned round. Where the last one looks where the first
+    does, so does the new last one: one direction's second range is left out. A step of 0, of one beam, becomes 1.
     """
     count = len(scan.ranges)
+    if scan.step < 0:
+        last = scan.start + scan.step * (count - 1)
+        scan = replace(scan, ranges=scan.ranges[::-1].copy(), start=last, step=-scan.step)
+    elif scan.step == 0:  # of one beam alone, which has no next
+        scan = replace(scan, step=1.0)
     once = round(2 * math.pi / scan.step)
     begin = -math.pi
     if count not in (once, once + 1):

@@ -11,7 +11,7 @@ from refseq.intake import each_view
 from refseq.map.growth.adding import GrowthSettings, check_drive, check_map
 from refseq.map.growth.astray import Astray, AstraySettings, astray
 from refseq.map.growth.seen import lost_in_hindsight, seen_drive
-from refseq.map.learning import learn
+from refseq.map.learning import learn_stretch
 from refseq.map.map import Map
 from refseq.view import View
 
@@ -36,7 +36,8 @@ def explore(
     """Learn each stretch of a drive that leads off a map, as a path of its own with the map's sensors and profile.
 
     The maps can be merged with the one given (``refseq.atlas.merge.merge_maps``), which stays as it is. Paths are
-    called ``name`` and a number from 1 on. A drive that stays on the map makes none.
+    called ``name`` and a number from 1 on. A drive that stays on the map makes none. A stretch in which a sensor was
+    away has nothing of that sensor, which tells for no join of it then.
 
     Raises ``MapError`` for a map whose matching is not by log ratios, for a drive of another robot, one that lacks a
     sensor of the map or is too short, and ``ViewError`` for views that are not usable.
@@ -49,13 +50,13 @@ def explore(
     return [
         ExploredPath(
             each,
-            learn(
+            learn_stretch(
                 drive[each.path.start : each.path.stop],
-                profile=map_.profile,
-                sensors=sorted(map_.sensors),
-                features=features,
-                metadata=metadata,
-                name=f"{name}-{number}",
+                sorted(map_.sensors),
+                features,
+                map_.profile,
+                metadata,
+                f"{name}-{number}",
             ),
         )
         for number, each in enumerate(astray(drive, lost, settings or AstraySettings()), start=1)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.files import open_input, replace_text
+from refseq.files import naming_writes, open_input, replace_text
 from refseq.intake import check_angles
 from refseq.limits import BEAMS, LINE_BYTES, MESSAGES, UNPACKED_TEXT
 from refseq.logs.closing import noted_damage
@@ -436,7 +436,7 @@ def write_carmen(path: Path | str, views: Sequence[View], metadata: Mapping[str,
 
     Images have no place in the format, nor spaces and line ends in a metadata value: they become underscores. The
     odometer pose is the sum of the views' motions from the first one's truth. Raises ``LogError`` when no view has a
-    scan.
+    scan, and when the file cannot be written.
     """
     path = Path(path)
     scans = [view.scan for view in views if view.scan is not None]
@@ -453,7 +453,8 @@ def write_carmen(path: Path | str, views: Sequence[View], metadata: Mapping[str,
             odometry = after_motion(odometry, view.distance, view.turn)
         if view.scan is not None:
             lines += _laser_lines(view, view.scan, odometry if measured else None, _reach(words))
-    replace_text(path, "\n".join(lines) + "\n")
+    with naming_writes(path, LogError):
+        replace_text(path, "\n".join(lines) + "\n")
 
 
 def _laser_lines(view: View, scan: Scan, odometry: Pose | None, reach: float) -> list[str]:

@@ -33,8 +33,6 @@ def scan_of(
     reach = max_range if max_range is not None and math.isfinite(max_range) and max_range > 0 else None
     with np.errstate(invalid="ignore"):
         seen[~((seen > max(0.0, min_range)) & (seen < (np.inf if reach is None else reach)))] = np.inf
-    if step < 0:
-        seen, start, step = seen[::-1].copy(), start + step * (len(seen) - 1), -step
     return facing(Scan(seen, start, step) if reach is None else Scan(seen, start, step, reach))
 
 

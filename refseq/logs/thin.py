@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from refseq.behaviours import behaviours_kept
+from refseq.dead_reckoning import way_along
 from refseq.view import View
 
 
@@ -42,7 +44,7 @@ def with_odometry_noise(
 def every(views: Sequence[View], distance: float = 0.85, turn: float = math.inf) -> tuple[View, ...]:
     """Keep the first view, and then one whenever ``distance`` [m] or ``turn`` [rad] has been added up since the last.
 
-    The motion of views that go is added to the next one that stays.
+    The motion of views that go is added to the next one that stays; behaviours told there are told at the one before.
     """
     return thinned(views, distance, turn)[1]
 
@@ -50,25 +52,35 @@ def every(views: Sequence[View], distance: float = 0.85, turn: float = math.inf)
 def thinned(views: Sequence[View], distance: float, turn: float = math.inf) -> tuple[list[int], tuple[View, ...]]:
     """Indices of the views that ``every`` keeps, and those views."""
     thinner = Thinner(distance, turn)
-    kept = [(number, one) for number, view in enumerate(views) if (one := thinner.take(view)) is not None]
-    return [number for number, _ in kept], tuple(one for _, one in kept)
+    found = [(number, one) for number, view in enumerate(views) if (one := thinner.take(view)) is not None]
+    kept = [number for number, _ in found]
+    return kept, _with_behaviours(views, kept, [one for _, one in found])
 
 
 def chosen(views: Sequence[View], kept: Sequence[int]) -> tuple[View, ...]:
-    """The views of some indices, in order; motion of the views between is added to the next of them.
+    """The views of some indices, rising; motion of the views between is added to the next of them.
 
-    The first one has not moved, as with ``every``.
+    The first one has not moved, and behaviours told between are told at the one before, as with ``every``.
     """
     found: list[View] = []
     for before, number in pairwise([-1, *kept]):
         steps = views[before + 1 : number + 1] if found else ()
         moved, turned = sum(step.distance for step in steps), sum(step.turn for step in steps)
         found.append(replace(views[number], distance=float(moved), turn=float(turned)))
-    return tuple(found)
+    return _with_behaviours(views, kept, found)
+
+
+def _with_behaviours(views: Sequence[View], kept: Sequence[int], thinned: Sequence[View]) -> tuple[View, ...]:
+    """The ``thinned`` views, which are those ``kept``, with the behaviours told at all views."""
+    told = [view.behaviour for view in views]
+    if not any(told):
+        return tuple(thinned)
+    words = behaviours_kept(told, way_along(views), kept)
+    return tuple(replace(view, behaviour=one) for view, one in zip(thinned, words, strict=True))
 
 
 class Thinner:
-    """Keeps one view after the other, as ``every`` does, or not."""
+    """Keeps one view after the other, as ``every`` does, or not; behaviours told at views that go are not kept."""
 
     def __init__(self, distance: float, turn: float = math.inf) -> None:
         self._distance, self._turn = distance, turn

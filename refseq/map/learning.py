@@ -58,7 +58,22 @@ def learn(
     drive = list(each_view(views))
     chosen = profile_of(profile)
     wanted = check_sensors(drive, names_in(sensors), "the drive")
-    names = names_in(features) or chosen.features
+    return learn_stretch(drive, wanted, names_in(features) or chosen.features, chosen, metadata, name, most_informative)
+
+
+def learn_stretch(
+    drive: list[View],
+    wanted: Sequence[str],
+    names: Sequence[str],
+    chosen: Profile,
+    metadata: Mapping[str, str] | None,
+    name: str,
+    most_informative: int | None = None,
+) -> Map:
+    """Make a map as ``learn`` does, of ``sound`` views that may lack some of the sensors ``wanted``.
+
+    Raises ``MapError`` and ``ViewError`` as ``learn`` does.
+    """
     if any(sensor != LASER for sensor in wanted):
         chosen = with_network(chosen, names)
     extractors = make_extractors(names, wanted, chosen)
@@ -69,7 +84,8 @@ def learn(
     for view in (usable(one, wanted) for one in drive):
         columns.append({one.key: one.learn(view) for one in extractors if one.sensor in view.sensors})
         keys.add(view)
-    check_seen(drive, extractors)
+    there = frozenset[str]().union(*(view.sensors for view in drive))
+    check_seen(drive, [one for one in extractors if one.sensor in there])
     matrix = IncidenceMatrix.from_columns(columns, {extractor.key: extractor.size for extractor in extractors})
     along = way_along(drive)
     poses = tuple(view.truth for view in drive)

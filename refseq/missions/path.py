@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.behaviours import begun
 from refseq.map.map import Map
-from refseq.map.paths.annotations import PathDoor, begun
+from refseq.map.paths.annotations import PathDoor
 from refseq.map.paths.path import MapPath
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, takewhile
 
-from refseq.map.paths.annotations import DoorSide, PathDoor, begun
+from refseq.behaviours import begun
+from refseq.map.paths.annotations import DoorSide, PathDoor
 from refseq.missions.behaviour_codes import code_of, kind_of, lengthened, travels, turn_of
 from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath

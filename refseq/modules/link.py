@@ -35,6 +35,8 @@ USER = "refseq"
 """Name by which modules know each other; the token is the password."""
 PREFIX = "refseq"
 ALIVE = f"{PREFIX}/alive"
+CLAIMS = f"{PREFIX}/claims"
+"""Tokens of those who have a role alone, or are about to: others are not told of them."""
 SEVERAL = ("viewer",)
 """Roles of which there may be several."""
 TOKEN_FILE = Path(".config") / "refseq" / "module-token"
@@ -100,16 +102,36 @@ class ZenohLink:
 
     def join(self, role: str) -> None:
         """Be seen in a role, which all but viewers have alone. Raises ``RefseqError`` where another one is."""
+        if role not in SEVERAL:
+            self._held.append(self._claimed(role))
+        self._held.append(self._session.liveliness().declare_token(f"{ALIVE}/{role}"))
+
+    def _claimed(self, role: str) -> Any:
+        """The token of a role that nobody else claims. Raises ``RefseqError`` where another one does.
+
+        It looks again behind its claim: of two that come at once, both of which saw nobody, at least one sees the
+        other. Then the first by name stays, and waits until the other has gone.
+        """
+        mine = f"{CLAIMS}/{role}/{random_token()}"
+        claim: Any = None
         for _ in range(int(2 * LEASE / AGAIN)):  # one that died a moment ago may still be seen
-            if role in SEVERAL or role not in self._roles():
-                self._held.append(self._session.liveliness().declare_token(f"{ALIVE}/{role}"))
-                return
+            if claim is None and not self._claims(role):
+                claim = self._session.liveliness().declare_token(mine)
+            if claim is not None:
+                others = self._claims(role) - {mine}
+                if not others:
+                    return claim
+                if min(others) < mine:
+                    claim.undeclare()
+                    claim = None
             time.sleep(AGAIN)
+        if claim is not None:
+            claim.undeclare()
         raise RefseqError(f"module {str(role)!r}: one is there already; valid is one at a time")
 
-    def _roles(self) -> list[str]:
-        replies = self._session.liveliness().get(f"{ALIVE}/*", timeout=1.0)
-        return [str(reply.ok.key_expr).rpartition("/")[2] for reply in replies if reply.ok is not None]
+    def _claims(self, role: str) -> set[str]:
+        replies = self._session.liveliness().get(f"{CLAIMS}/{role}/*", timeout=1.0)
+        return {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
 
     def watch(self, told: Callable[[str, bool], None]) -> None:
         """Have it told which roles come and go."""

@@ -24,7 +24,7 @@ from refseq.logs.source import NANOSECONDS
 from refseq.modules.heads import MessageError, head_bytes, read_head
 from refseq.serve.channels import robot_channel
 from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
-from refseq.view import LASER, Scan, View
+from refseq.view import LASER, Scan, View, facing
 
 Parts = list[tuple[str, bytes]]
 """A message: the names of its parts and their bytes."""
@@ -157,43 +157,57 @@ def head_of(kind: type[Any], parts: Parts) -> Any:
     return read_head(kind, part(parts, HEAD) or b"")
 
 
-def scan_part(scan: Scan, time: float) -> tuple[str, bytes]:
-    """A scan as Foxglove has it."""
+@dataclass(frozen=True, slots=True)
+class SentScan:
+    """A scan on its way: the angles that belong in the head, and the parts beside it; neither where there is none."""
+
+    geometry: ScanGeometry | None = None
+    parts: tuple[tuple[str, bytes], ...] = ()
+
+
+def sent_scan(scan: Scan | None, time: float) -> SentScan:
+    """A scan as Foxglove has it; none without beams.
+
+    It is sent ``facing``, as it will be read: its ranges would belong to other angles than those of the head otherwise.
+    """
+    if scan is None or not len(scan.ranges):
+        return SentScan()
+    scan = facing(scan)
     bearings = scan.bearings
-    ranges = scan.ranges.astype(float).tolist()
     message = messages.LaserScan(
         timestamp=_stamp(time),
         frame_id=LASER,
         start_angle=float(bearings[0]),
         end_angle=float(bearings[-1]),
-        ranges=ranges,
+        ranges=scan.ranges.astype(float).tolist(),
     )
-    return LASER, message.encode()
-
-
-def geometry_of(scan: Scan | None) -> ScanGeometry | None:
-    """The angles of a scan."""
-    return None if scan is None else ScanGeometry(scan.start, scan.step, scan.max_range)
+    return SentScan(ScanGeometry(scan.start, scan.step, scan.max_range), ((LASER, message.encode()),))
 
 
 def scan_in(parts: Parts, geometry: ScanGeometry | None) -> Scan | None:
-    """The scan of a message. Raises ``MessageError``."""
+    """The scan of a message. Raises ``MessageError``, also where the ranges were not sent from these angles on."""
     data = part(parts, LASER)
     if data is None or geometry is None:
         return None
-    found = _content(data, "LaserScan").ranges
-    return Scan(found, geometry.start, geometry.step, geometry.max_range)
+    found = _content(data, "LaserScan")
+    if not abs(found.start - geometry.start) <= geometry.step / 2:
+        raise MessageError(
+            f"a scan starts at {geometry.start} rad with steps of {geometry.step} rad, and its ranges at {found.start} "
+            "rad; valid is one start, and counter-clockwise"
+        )
+    return Scan(found.ranges, geometry.start, geometry.step, geometry.max_range)
 
 
 def view_parts(drive: str, number: int, view: View) -> Parts:
     """A view as a message; its truth stays with the robot."""
-    head = ViewHead(drive, number, view.time, view.distance, view.turn, view.has_odometry, geometry_of(view.scan))
+    scan = sent_scan(view.scan, view.time)
+    head = ViewHead(drive, number, view.time, view.distance, view.turn, view.has_odometry, scan.geometry)
     parts = [(HEAD, head_bytes(head))]
     for name, image in view.images.items():
         data = cv2.imencode(".png", image, FAST_PNG)[1].tobytes()
         message = messages.CompressedImage(timestamp=_stamp(view.time), frame_id=name, data=data, format="png")
         parts.append((CAMERA + name, message.encode()))
-    return parts if view.scan is None else [*parts, scan_part(view.scan, view.time)]
+    return [*parts, *scan.parts]
 
 
 def view_in(head: ViewHead, parts: Parts) -> View:

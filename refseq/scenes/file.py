@@ -12,7 +12,7 @@ from typing import Any
 import cv2
 
 from refseq.errors import LogError, SceneError
-from refseq.files import open_input, replace_bytes
+from refseq.files import naming_writes, open_input, replace_bytes
 from refseq.limits import PIXELS, SCENE_BYTES
 from refseq.logs.decoding.picture import PNG_MAGIC, CompressedPicture, declared_size
 from refseq.scenes.scene import Box, Scene
@@ -25,7 +25,10 @@ LONGEST = 200
 
 
 def save_scene(path: Path | str, scene: Scene) -> None:
-    """Write a scene's file in one step. Raises ``SceneError`` for one that is too large to be read again."""
+    """Write a scene's file in one step.
+
+    Raises ``SceneError`` for one that is too large to be read again, and when it cannot be written.
+    """
     picture = cv2.imencode(".png", scene.patch)[1].tobytes()
     table = {
         "camera": scene.camera,
@@ -37,7 +40,8 @@ def save_scene(path: Path | str, scene: Scene) -> None:
     }
     content = MAGIC + json.dumps(table).encode() + b"\n" + picture
     SCENE_BYTES.check(len(content), f"{path}: would take", SceneError)
-    replace_bytes(Path(path), content)
+    with naming_writes(path, SceneError):
+        replace_bytes(Path(path), content)
 
 
 def load_scene(path: Path | str) -> Scene:

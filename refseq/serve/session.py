@@ -4,12 +4,12 @@ import math
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from statistics import median
 
 import numpy as np
 
 from refseq.belief import Stage
 from refseq.errors import RefseqError
+from refseq.inference.paths import usual_step
 from refseq.logs.pairing.stream import STANDSTILL, ClockSetBackError, ViewStream, topics_for
 from refseq.logs.source import NO_VALUE
 from refseq.map.localiser import Localiser
@@ -54,9 +54,10 @@ class ServeOptions:
 
 
 def spacing(map_: Map) -> float:
-    """Way from place to place [m], as the map's drives had it."""
-    steps = [step for sequence in map_.sequences for step in np.diff(sequence.along).tolist()]
-    return median(steps) if steps else SPACING
+    """Way from place to place [m], as the map's drives had it where they did not stand."""
+    ways = [sequence.along for sequence in map_.sequences]
+    ends = np.cumsum([len(way) for way in ways]) - 1
+    return usual_step(np.concatenate(ways), tuple(ends.tolist())) or SPACING
 
 
 class RobotSession:
@@ -97,8 +98,10 @@ class RobotSession:
                 channel = robot_channel(one)
             except FoxgloveProtocolError as error:
                 self._notes.append(str(error))
+                self._channels.pop(one.number, None)
                 self._passed_over.add(one.number)
                 continue
+            self._passed_over.discard(one.number)
             self._note_twice(one)
             self._channels[one.number] = channel
             if self._stream is not None:
@@ -120,6 +123,7 @@ class RobotSession:
         """Forget channels."""
         for number in numbers:
             self._channels.pop(number, None)
+            self._passed_over.discard(number)
 
     def take(self, number: int, data: bytes) -> list[BeliefAnswer]:
         """Take a message on a channel; gives the beliefs on the views that are whole now, most often none.

@@ -21,10 +21,9 @@ from refseq.modules.messages import (
     Command,
     Parts,
     Step,
-    geometry_of,
     head_of,
     part,
-    scan_part,
+    sent_scan,
     view_parts,
 )
 from refseq.modules.process import Role
@@ -247,7 +246,8 @@ class RobotModule:
 
     def _publish(self, command: Command | None = None, *, view: int | None = None, over: str = "") -> None:
         """Add a step to the journal."""
-        bench, number, scan = self._bench, self._number, self._new_scan()
+        bench, number = self._bench, self._number
+        scan = sent_scan(self._new_scan(), bench.time)
         pose = bench.pose
         step = Step(
             drive=self._drive,
@@ -259,15 +259,14 @@ class RobotModule:
             held=self._held,
             command=command,
             view=view,
-            scan=geometry_of(scan),
+            scan=scan.geometry,
             scan_due=bench.scan_due,
             truth=(pose.x, pose.y, pose.heading),
             over=over,
         )
         with self._news:
             came, self._came = self._came, {}
-        parts = [(HEAD, head_bytes(step)), (STATE, state_bytes(bench.state))]
-        parts += [] if scan is None else [scan_part(scan, bench.time)]
+        parts = [(HEAD, head_bytes(step)), (STATE, state_bytes(bench.state)), *scan.parts]
         self._published.append(time.monotonic())
         self._number += 1
         self._steps([*parts, *((BELIEF, came[one]) for one in sorted(came))])

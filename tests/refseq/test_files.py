@@ -6,9 +6,14 @@ from contextlib import nullcontext
 from itertools import islice
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from refseq.errors import LogError, SceneError
 from refseq.files import check_input, free_names, open_input, put_folder, replace_bytes, replace_text, replacing, sync
+from refseq.logs import write_carmen
+from refseq.scenes import cut_scene, save_scene
+from refseq.view import Scan, View
 
 
 def test_replaces_the_whole_file(tmp_path: Path) -> None:
@@ -82,6 +87,18 @@ def test_a_file_is_opened_and_a_missing_one_is_not(tmp_path: Path) -> None:
         assert file.read() == b"abc"
     with pytest.raises(FileNotFoundError):
         open_input(tmp_path / "b")
+
+
+def test_a_place_that_cannot_be_written_is_told_by_its_name_in_each_package_s_own_error(tmp_path: Path) -> None:
+    path = tmp_path / "none" / "result"
+    view = View(0.0, {"front": np.zeros((60, 80), np.uint8)}, Scan(np.full(361, 3.0, np.float32)))
+    for error, write in (
+        (LogError, lambda: write_carmen(path, [view])),
+        (SceneError, lambda: save_scene(path, cut_scene(view, "front"))),
+    ):
+        with pytest.raises(error) as told:
+            write()
+        assert str(told.value) == f"{path}: cannot be written: No such file or directory"
 
 
 def test_a_link_in_the_way_is_replaced_and_not_written_through(tmp_path: Path) -> None:

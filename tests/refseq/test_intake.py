@@ -268,6 +268,11 @@ def test_a_scanner_that_turns_clockwise_is_turned_round() -> None:
     assert turned.step > 0
 
 
+def test_one_beam_alone_needs_no_step_and_gets_one() -> None:
+    beam = Scan(np.array([2.0], np.float32), 0.5, 0.0)
+    assert usable(replace(seen(), scan=beam)).scan == replace(beam, step=1.0)
+
+
 @pytest.mark.parametrize("name", ["distance", "turn"])
 @pytest.mark.parametrize("value", [None, float("nan"), float("inf")])
 def test_a_motion_that_is_no_number_was_not_measured(name: str, value: Any) -> None:

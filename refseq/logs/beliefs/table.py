@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from refseq.belief import LOST, Belief, PoseBeside, Stage, Timings, pose_beside
 from refseq.errors import LogError, RefseqError
 from refseq.fault import DeclaredFault, FaultKind
-from refseq.files import open_input, replacing
+from refseq.files import naming_writes, open_input, replacing
 from refseq.limits import BELIEF_BYTES, METRES
 from refseq.logs.beliefs.parquet_footer import declared_sizes
 from refseq.view import View
@@ -95,11 +95,8 @@ def write_beliefs(
         for index, (view, belief) in enumerate(zip(views, answers, strict=True))
     ]
     schema = SCHEMA.with_metadata({"refseq": json.dumps(dict(metadata or {}))})
-    try:
-        with replacing(Path(path)) as file:
-            pq.write_table(pa.Table.from_pylist(rows, schema=schema), file, write_page_checksum=True)
-    except OSError as error:
-        raise LogError(f"{path}: cannot be written: {error.strerror or error}") from error
+    with naming_writes(path, LogError), replacing(Path(path)) as file:
+        pq.write_table(pa.Table.from_pylist(rows, schema=schema), file, write_page_checksum=True)
 
 
 def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, object]:

@@ -3,17 +3,18 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.behaviours import behaviours_kept
+from refseq.dead_reckoning import way_along
 from refseq.errors import LogError
 from refseq.logs.pairing.moments import NONE, Moments, default_tolerance, numbered, paired, period, sample_of, slowest
 from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.sensors import Choice, PoseTrack
 from refseq.logs.pairing.survey import Survey
-from refseq.logs.recording import TimedData
+from refseq.logs.recording import TimedData, views_of
 from refseq.logs.source import Role
 from refseq.planar import Pose
 
@@ -36,14 +37,26 @@ class Schedule:
     without_odometry: int = 0
 
     def without(self, lost: Mapping[str, Sequence[int]]) -> "Schedule":
-        """The schedule without some samples, topic → their numbers; a moment of which nothing else was seen is gone."""
+        """The schedule without some samples, topic → their numbers; a moment of which nothing else was seen is gone.
+
+        A behaviour told there is told at the one before, so many metres behind it.
+        """
         samples = {
             topic: np.where(np.isin(numbers, lost.get(topic, ())), NONE, numbers)
             for topic, numbers in self.moments.samples.items()
         }
         seen = np.any([numbers != NONE for numbers in samples.values()], axis=0)
         moments = replace(self.moments, samples=samples).chosen(seen)
-        return replace(self, moments=moments, data=tuple(compress(self.data, seen.tolist())))
+        return replace(self, moments=moments, data=_with_behaviours(self.data, np.flatnonzero(seen).tolist()))
+
+
+def _with_behaviours(data: Sequence[TimedData], kept: Sequence[int]) -> tuple[TimedData, ...]:
+    """The data of the moments that are ``kept``, with the behaviours told at all of them."""
+    told = [one.behaviour for one in data]
+    if any(told):
+        told = behaviours_kept(told, way_along(list(views_of(data))), kept)
+        return tuple(replace(data[number], behaviour=words) for number, words in zip(kept, told, strict=True))
+    return tuple(data[number] for number in kept)
 
 
 def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:

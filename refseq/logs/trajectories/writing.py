@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from refseq.errors import LogError
-from refseq.files import replace_text
+from refseq.files import naming_writes, replace_text
 from refseq.logs.trajectories.table import TrajectoryFormat
 from refseq.planar import Pose, wrap
 
@@ -22,10 +22,8 @@ def write_trajectory(path: Path, poses: Iterable[tuple[float, Pose]], form: Traj
     lines = [row(time, pose) for time, pose in poses]
     if not lines:
         raise LogError(f"{path}: there is no pose to write; valid is at least one")
-    try:
+    with naming_writes(path, LogError):
         replace_text(path, "\n".join([*header, *lines]) + "\n")
-    except OSError as error:
-        raise LogError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def _tum(time: float, pose: Pose) -> str:

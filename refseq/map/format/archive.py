@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
-from refseq.files import open_input, replace_bytes
+from refseq.files import naming_writes, open_input, replace_bytes
 from refseq.limits import MAP_BYTES, MAP_DIRECTORY_BYTES, MAP_HEADER_BYTES
 from refseq.map.format.npy import DeclaredArray, read_declared, read_numbers
 
@@ -71,10 +71,8 @@ def encode(array: NDArray[Any]) -> bytes:
 
 def write_archive(path: Path, content: bytes) -> None:
     """Replace a file in one step. Raises ``MapError`` when it cannot be written."""
-    try:
+    with naming_writes(path, MapError):
         replace_bytes(path, content)
-    except OSError as error:
-        raise MapError(f"{path}: cannot be written: {error.strerror}") from error
 
 
 class MapArchive:

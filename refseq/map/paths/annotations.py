@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.behaviours import begun
 from refseq.dead_reckoning import reckoned_poses, way_along
 from refseq.errors import ViewError
 from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
@@ -96,18 +97,6 @@ def _door(content: Any) -> PathDoor:
     if not isinstance(content["passable"], bool):
         raise ValueError(f"annotations: a door's passable is {content['passable']!r}; valid is true or false")
     return PathDoor(float(numbers[0]), DoorSide(content["side"]), float(numbers[1]), content["passable"])
-
-
-def begun(words: str) -> list[tuple[float, str]]:
-    """Behaviours told at a place: how far behind it each begins [m], and its own words. Raises ``ValueError``."""
-    several = [one.strip().partition("@") for one in words.split(";") if one.strip()]
-    try:
-        found = [(float(offset or 0.0), behaviour) for behaviour, _, offset in several]
-    except ValueError:
-        raise ValueError(f"annotations: {words!r} does not begin so many metres behind its place") from None
-    if not all(math.isfinite(offset) for offset, _ in found):
-        raise ValueError(f"annotations: {words!r} begins nowhere")
-    return found
 
 
 def annotations_of(views: Sequence[View]) -> Annotations:

@@ -61,6 +61,16 @@ def test_a_detour_becomes_a_path_that_is_joined_where_it_leaves_and_where_it_com
     assert len(merged.map) < len(map_) + len(one.map)
 
 
+def test_a_stretch_in_which_a_camera_was_away_is_learnt_from_the_others(map_: Map) -> None:
+    first, *others = detour()
+    drive = [first, *(replace(view, images={"forward": view.images["forward"]}) for view in others)]
+    (one,) = explore(map_, drive, name="detour")
+    assert one.astray.path.start > 0, "the camera was there before the stretch alone"
+    blocks = one.map.sequence.matrix.blocks
+    assert len(blocks["sift/forward"]) > len(blocks["sift/lateral"]) == 0
+    assert merge_maps([map_, one.map]).map.names == ("way", "detour-1"), "its sensors are those of the map"
+
+
 def test_a_drive_along_the_map_makes_no_path(map_: Map) -> None:
     assert explore(map_, pictured(BEFORE + BEHIND, seed=3)) == []
     assert add_drive(map_, pictured(BEFORE + BEHIND, seed=3)).astray == ()

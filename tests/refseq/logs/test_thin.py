@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -6,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refseq.behaviours import begun
 from refseq.logs.thin import OdometryNoise, chosen, every, with_odometry_noise
 from refseq.view import View
 
@@ -46,6 +48,29 @@ def test_motion_of_views_between_chosen_ones_is_added_up() -> None:
     views = drive([(1.0, 0.25)] * 6)
     assert [(view.time, view.distance, view.turn) for view in chosen(views, [1, 4])] == [(1, 0, 0), (4, 3.0, 0.75)]
     assert chosen(views, []) == ()
+
+
+def told(behaviours: dict[int, str], count: int = 12) -> list[View]:
+    return [replace(view, behaviour=behaviours.get(k, "")) for k, view in enumerate(drive([(0.3, 0.0)] * count))]
+
+
+def test_behaviours_told_at_views_that_go_are_told_at_their_metres_behind_the_one_before() -> None:
+    views = told({0: "MN:8", 4: "MT:90", 5: "MN:3; MT:5@0.1", 6: "MN:5", 11: "MA"})
+    wanted = ["MN:8", "MT:90@0.30; MN:3@0.60; MT:5@0.70", "MN:5", "MA@0.60"]
+    assert [view.behaviour for view in every(views, 0.85)] == wanted
+    assert [view.behaviour for view in chosen(views, [0, 3, 6, 9])] == wanted
+    learnt = [(0.9 * n + offset, behaviour) for n, words in enumerate(wanted) for offset, behaviour in begun(words)]
+    assert [at for at, _ in learnt] == pytest.approx([0.0, 1.2, 1.5, 1.6, 1.8, 3.3])
+
+
+def test_the_first_view_chosen_goes_on_with_what_was_told_before_it() -> None:
+    views = told({0: "MN:8", 2: "MT:90", 5: "MN:5"})
+    assert [view.behaviour for view in chosen(views, [3, 6])] == ["MT:90; MN:5@0.60", ""]
+    assert [view.behaviour for view in chosen(views, [5, 6])] == ["MN:5", ""]
+
+
+def test_words_that_begin_nowhere_stay_as_they_are() -> None:
+    assert [view.behaviour for view in every(told({1: "go @home"}), 0.85)][:2] == ["go @home", ""]
 
 
 @pytest.mark.parametrize("turned", [0.2, -0.2])

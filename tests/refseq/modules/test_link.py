@@ -1,7 +1,9 @@
 """The link on loopback: late comers hear what was kept, roles are held by one, and a wrong token never comes in."""
 
+import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -42,6 +44,27 @@ def test_who_comes_late_hears_all_in_order() -> None:
                 robot.join(Role.MISSION)
         assert until(lambda: not roles["mission"])
     assert [parts[0] for parts in heard] == [("head", str(number).encode()) for number in range(51)]
+
+
+def test_of_two_that_come_at_once_one_has_the_role() -> None:
+    policy = AccessPolicy(LOOPBACK, free_port(), random_token())
+    together, told = threading.Barrier(2), threading.Barrier(2)
+
+    def come(_: int) -> str:
+        with opened(policy, serves=False, waits=pytest.fail) as link:
+            together.wait()
+            try:
+                link.join(Role.LOCALISER)
+            except RefseqError as error:
+                return str(error)
+            else:
+                return "joined"
+            finally:
+                told.wait()
+
+    with opened(policy, serves=True, waits=pytest.fail), ThreadPoolExecutor(2) as pool:
+        found = sorted(pool.map(come, range(2)))
+    assert found == ["joined", "module 'localiser': one is there already; valid is one at a time"]
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.5", "robot.local"])

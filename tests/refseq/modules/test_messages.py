@@ -1,6 +1,7 @@
 """Messages between modules: what was sent is what is read, to the last bit, and damage is refused."""
 
 import json
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -19,18 +20,19 @@ from refseq.modules.messages import (
     Ended,
     Parts,
     ScanGeometry,
+    SentScan,
     Step,
     ViewHead,
     belief_in,
-    geometry_of,
     head_of,
     part,
     scan_in,
+    sent_scan,
     view_in,
     view_parts,
 )
 from refseq.serve.answers import answer_to
-from refseq.view import LASER, Scan, View
+from refseq.view import LASER, Scan, View, facing
 from tests.support import corridor_drive
 
 
@@ -55,7 +57,8 @@ def test_a_view_is_read_as_it_was_sent_but_for_its_truth(view: View) -> None:
     assert found.scan is not None
     assert view.scan is not None
     assert np.array_equal(found.scan.ranges, view.scan.ranges)
-    assert geometry_of(found.scan) == geometry_of(view.scan) == ScanGeometry(-1.0, 0.01 / 3, 30.0)
+    angles = (found.scan.start, found.scan.step, found.scan.max_range)
+    assert ScanGeometry(*angles) == head.scan == ScanGeometry(-1.0, 0.01 / 3, 30.0)
     assert found.truth is None
     assert view.truth is not None
 
@@ -69,10 +72,46 @@ def test_a_view_without_laser_or_odometry_has_none(view: View) -> None:
 
 
 def test_a_scan_needs_its_angles_and_its_ranges(view: View) -> None:
-    parts, geometry = view_parts("a drive", 0, view), geometry_of(view.scan)
+    parts = view_parts("a drive", 0, view)
+    geometry = head_of(ViewHead, parts).scan
     assert scan_in(parts, geometry) is not None
     assert scan_in(parts, None) is None
     assert scan_in(parts[:1], geometry) is None
+
+
+@pytest.mark.parametrize(
+    ("count", "start", "step"),
+    [
+        (360, 0.0, math.radians(1)),
+        (361, 0.0, math.radians(1)),
+        (720, 0.3, math.radians(0.5)),
+        (361, math.pi / 2, -math.pi / 360),
+        (361, 1.5 * math.pi, math.pi / 360),
+    ],
+)
+def test_each_range_keeps_its_direction_wherever_a_scan_begins_and_however_it_turns(
+    count: int, start: float, step: float
+) -> None:
+    scan = Scan((1 + np.arange(count) / 100).astype(np.float32), start, step, 30.0)
+    sent = sent_scan(scan, 1.0)
+    found = scan_in(list(sent.parts), sent.geometry)
+    assert found == facing(scan)
+    told = {round(float(r), 2): b for r, b in zip(found.ranges, found.bearings, strict=True)}
+    off = [told[round(float(r), 2)] - b for r, b in zip(scan.ranges[:360], scan.bearings[:360], strict=True)]
+    assert np.exp(1j * np.array(off)) == pytest.approx(np.ones(len(off)))
+
+
+@pytest.mark.parametrize("change", [{"start": 0.0}, {"step": -0.01 / 3}, {"start": math.nan}])
+def test_a_scan_whose_head_tells_other_angles_is_refused(view: View, change: dict[str, float]) -> None:
+    parts = view_parts("a drive", 0, view)
+    geometry = replace(head_of(ViewHead, parts).scan, **change)
+    with pytest.raises(MessageError, match=r"a scan starts at .* rad; valid is one start, and counter-clockwise"):
+        scan_in(parts, geometry)
+
+
+def test_a_scan_without_beams_is_none(view: View) -> None:
+    assert sent_scan(None, 0.0) == sent_scan(Scan(np.zeros(0, np.float32)), 0.0) == SentScan()
+    assert head_of(ViewHead, view_parts("a drive", 0, replace(view, scan=None))).scan is None
 
 
 @pytest.mark.parametrize(

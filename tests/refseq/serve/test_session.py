@@ -156,6 +156,18 @@ def test_channels_of_other_kinds_and_late_ones_are_told_and_the_forgotten_are_pa
     assert session.end() == []
 
 
+def test_a_number_that_is_advertised_anew_as_what_is_not_read_is_passed_over_until_it_is_read_again(map_: Map) -> None:
+    session = RobotSession(map_, EACH)
+    read = ClientChannel(1, "/scan", "protobuf", "foxglove.LaserScan")
+    session.advertise([read, ClientChannel(1, "/map", "protobuf", "foxglove.Grid")])
+    assert session.take(1, b"of a kind that is not read") == []
+    session.told()
+    session.advertise([read])
+    session.unadvertise([1])
+    assert session.take(1, b"of a channel that is gone") == []
+    assert session.told() == ["channel 1: it is not advertised; what comes on it is passed over"]
+
+
 def test_a_number_and_a_topic_that_are_advertised_twice_are_told(map_: Map) -> None:
     session = RobotSession(map_, EACH)
     session.advertise(ClientChannel(1, topic, "json", "foxglove.LaserScan") for topic in ("/a", "/a", "/b"))
@@ -267,6 +279,15 @@ def test_views_are_as_far_apart_as_the_map_s_places(map_: Map) -> None:
         replace(view, distance=2 * view.distance) for view in corridor_drive(np.random.default_rng(0), 3, size=120)
     ]
     assert spacing(learn(wider)) == pytest.approx(1.7)
+
+
+def test_views_are_as_far_apart_as_places_that_the_robot_drove_to_however_long_it_stood() -> None:
+    stood = [
+        replace(view, time=view.time + 0.1 * again, distance=view.distance * (again == 0))
+        for view in corridor_drive(np.random.default_rng(0), 3, size=120)
+        for again in range(3)
+    ]
+    assert spacing(learn(stood)) == pytest.approx(0.85)
 
 
 def test_a_topic_is_named_as_a_sensor_of_the_map(map_: Map) -> None:

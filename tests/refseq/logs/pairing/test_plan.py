@@ -11,9 +11,12 @@ import pytest
 from refseq.errors import LogError
 from refseq.logs import PairingOptions, open_log, plan_views, read_recording
 from refseq.logs.decoding.picture import CompressedPicture
+from refseq.logs.pairing.moments import Moments
+from refseq.logs.pairing.schedule import Schedule
+from refseq.logs.recording import TimedData
 from refseq.logs.trajectory import Trajectory
 from refseq.map.learning import learn
-from refseq.planar import after_motion, motion_between
+from refseq.planar import Pose, after_motion, motion_between
 from refseq.view import View
 from tests.refseq.logs.foxglove_drive import BEARINGS, TOPICS, FoxgloveSetup, write_foxglove, write_json
 from tests.refseq.logs.robot_drive import RobotDrive, Sense
@@ -261,6 +264,15 @@ def test_views_are_without_damaged_pictures_and_it_is_told(log: Path, tmp_path: 
     assert [f"at {time:.3f} s" for time in without] == list(hurt)
     assert list(plan.findings.losses()) == [f"cam0: {len(hurt)} pictures are damaged and left out, the first {hurt[0]}"]
     assert [view.time for view in plan.views] == [view.time for view in whole.views]
+
+
+def test_behaviours_told_at_moments_whose_pictures_are_damaged_are_told_at_the_one_before() -> None:
+    told = ("MN:8", "", "MT:90", "", "MN:5", "")
+    data = tuple(TimedData(float(n), odometry=Pose(0.4 * n, 0.0, 0.0), behaviour=words) for n, words in enumerate(told))
+    whole = Schedule(Moments(np.arange(6.0), {"/cam0": np.arange(6)}, np.zeros(0, np.int64)), data)
+    assert [one.behaviour for one in whole.without({}).data] == list(told)
+    assert [one.behaviour for one in whole.without({"/cam0": [2, 3, 4]}).data] == ["MN:8", "MT:90@0.40; MN:5@1.20", ""]
+    assert [one.behaviour for one in whole.without({"/cam0": [0, 2]}).data] == ["MN:8; MT:90@0.40", "", "MN:5", ""]
 
 
 def test_a_camera_of_which_no_picture_is_whole_is_refused(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from refseq.map.paths.annotations import begun
+from refseq.behaviours import begun
 from refseq.map.paths.led import led_behaviours
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import as_learnt
