@@ -195,10 +195,16 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     if sensors is not None and set(sensors) <= set(plan.findings.sensors.values()):
         plan = plan.seen_by(sensors)
     recording = plan.recording()
-    given = {"odometry": selection.odometry, "truth": selection.truth}
-    notes = {key: Path(name).name for key, name in given.items() if name is not None}
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
-    return replace(recording, metadata={**recording.metadata, **notes, **unwhole, **views_left_out(recording)})
+    return replace(
+        recording, metadata={**recording.metadata, **origin_notes(selection), **unwhole, **views_left_out(recording)}
+    )
+
+
+def origin_notes(selection: DriveSelection) -> dict[str, str]:
+    """Notes on a drive whose odometry or true poses are given beside its log: where they come from."""
+    given = {"odometry": selection.odometry, "truth": selection.truth}
+    return {key: Path(name).name for key, name in given.items() if name is not None}
 
 
 def load_map(path: Path) -> "Map":
