@@ -34,6 +34,10 @@ class Trajectory:
         """Length of the way [m]."""
         return float(np.hypot(*np.diff(self.poses[:, :2], axis=0).T).sum())
 
+    def earlier(self, seconds: float) -> "Trajectory":
+        """The same poses, each so much earlier [s]."""
+        return Trajectory(self.times - seconds, self.poses) if seconds else self
+
     def at(self, times: ArrayLike, reach: float = 0.0) -> NDArray[np.float64]:
         """Poses at other ``times``, (m, 3); NaN where the trajectory says nothing.
 

@@ -20,7 +20,14 @@ from refseq_bench.scenarios.cli.terminal.options import (
 )
 from refseq_bench.scenarios.cli.terminal.outputs import LAYOUT, PAGE_TO_WRITE, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_beside, check_output, plan_drive, thinned_drive, writing
+from refseq_bench.scenarios.drives.inputs import (
+    check_beside,
+    check_output,
+    origin_notes,
+    plan_drive,
+    thinned_drive,
+    writing,
+)
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import TextTable, plural, print_whole, say
 
@@ -244,7 +251,7 @@ def convert(
     if wanted is not LogFormat.ROSBAG2:
         check_output(target)
     plan = thinned_drive(open_log(log), selection.chosen())
-    notes = {"source": log.name, "source_kind": plan.source.kind}
+    notes = {"source": log.name, "source_kind": plan.source.kind, **origin_notes(selection.chosen())}
     with writing(target):
         found = write(plan, target, wanted, notes)
     left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""

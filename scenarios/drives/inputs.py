@@ -31,7 +31,7 @@ class DriveSelection:
     ``views`` is FROM:TO, counted before thinning; ``thin`` keeps one view every so far [m]; ``noise_seed`` adds noise
     to the odometry. ``odometry`` and ``truth`` are a topic of the log, or a trajectory's file; behind a comma the file
     of its times. ``topics`` are pairs NAME=TOPIC, commas between: the names of sensors and their topics. Samples within
-    ``tolerance`` [s] make one view; ``late`` are pairs NAME=SECONDS: how late a sensor's stamps are.
+    ``tolerance`` [s] make one view; ``late`` are pairs NAME=SECONDS: how late a sensor's stamps are, or the truth's.
     ``times`` [s] are those of the very views, as beliefs tell them. None leaves all as it is.
     """
 
@@ -198,10 +198,16 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     if sensors is not None and set(sensors) <= set(plan.findings.sensors.values()):
         plan = plan.seen_by(sensors)
     recording = plan.recording()
-    given = {"odometry": selection.odometry, "truth": selection.truth}
-    notes = {key: Path(name).name for key, name in given.items() if name is not None}
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
-    return replace(recording, metadata={**recording.metadata, **notes, **unwhole, **views_left_out(recording)})
+    return replace(
+        recording, metadata={**recording.metadata, **origin_notes(selection), **unwhole, **views_left_out(recording)}
+    )
+
+
+def origin_notes(selection: DriveSelection) -> dict[str, str]:
+    """Notes on a drive whose odometry or true poses are given beside its log: where they come from."""
+    given = {"odometry": selection.odometry, "truth": selection.truth}
+    return {key: Path(name).name for key, name in given.items() if name is not None}
 
 
 def load_map(path: Path) -> "Map":
@@ -222,8 +228,8 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
 
     from refseq.view import ASSUMED
     from refseq_bench.scenarios.drives.odometry_doubts import odometry_doubts
-    from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
-    from refseq_bench.scenarios.drives.truth_fit import check_truth
+    from refseq_bench.scenarios.drives.truth.fit import check_truth
+    from refseq_bench.scenarios.drives.truth.repeated import repeats_odometry
 
     plan = plan_drive(source, selection)
     if not source.complete:
@@ -235,7 +241,7 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
     # What beliefs were made of, `localise` has said: it may have been noisy.
     if selection.truth is not None and selection.times is None and not assumed:
-        check_truth(plan.views, selection.truth, source.path.name)
+        check_truth(plan.views, selection.truth, source.path.name, truth_delay(selection))
     if selection.noise_seed is None and selection.times is None and repeats_odometry(plan.views):
         logging.getLogger(__name__).warning(
             "%s: its true poses are its odometry told twice; a score says how odometry agrees, unless a map corrected "
@@ -293,10 +299,22 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
     return PairingOptions(
         names={topic: name for name, topic in topics.items()},
         tolerance=tolerance,
-        late={name: _seconds(text) for name, text in assignments(words(selection.late, "late"), "late").items()},
+        late=delays(selection),
         odometry=_poses_of(selection.odometry, "odometry"),
         truth=_poses_of(selection.truth, "truth"),
     )
+
+
+def delays(selection: DriveSelection) -> dict[str, float]:
+    """Names of sensors, or ``truth``, and by how much their stamps are late [s], as a selection tells."""
+    return {name: _seconds(text) for name, text in assignments(words(selection.late, "late"), "late").items()}
+
+
+def truth_delay(selection: DriveSelection) -> float:
+    """Seconds by which the stamps of the true poses are told to be late."""
+    from refseq.logs import Role
+
+    return delays(selection).get(Role.TRUTH, 0.0)
 
 
 def _seconds(text: str) -> float:

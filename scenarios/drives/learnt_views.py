@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, plan_drive, read_answers, read_drive
+from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, delays, plan_drive, read_answers, read_drive
 from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -26,8 +26,16 @@ NOTED = "read_with_"
 
 def reading_notes(selection: DriveSelection) -> dict[str, str]:
     """Notes for a map on how the drive was read that it is learnt from: what differs from the usual."""
-    told = {name: getattr(selection, name) for name in READ_WITH}
+    told = {**{name: getattr(selection, name) for name in READ_WITH}, "late": _late_sensors(selection)}
     return {f"{NOTED}{name}": str(value) for name, value in told.items() if value is not None}
+
+
+def _late_sensors(selection: DriveSelection) -> str | None:
+    """Delays of the selection without the truth's, which says nothing of views; None without any."""
+    from refseq.logs import Role
+
+    late = {name: seconds for name, seconds in delays(selection).items() if name != Role.TRUTH}
+    return ",".join(f"{name}={seconds}" for name, seconds in late.items()) or None
 
 
 def without_reading_notes(metadata: Mapping[str, str]) -> dict[str, str]:

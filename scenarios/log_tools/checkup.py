@@ -14,10 +14,10 @@ from refseq.logs import open_log
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
 from refseq.view import LASER, Scan, View
-from refseq_bench.scenarios.drives.inputs import DriveSelection
+from refseq_bench.scenarios.drives.inputs import DriveSelection, truth_delay
 from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, without_jumps
-from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
-from refseq_bench.scenarios.drives.truth_fit import truth_doubt
+from refseq_bench.scenarios.drives.truth.fit import truth_doubt
+from refseq_bench.scenarios.drives.truth.repeated import repeats_odometry
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.log_tools.clocks.late import ClockedDrive, SensorClock, clocked_drive
 from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
@@ -101,8 +101,10 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     jumps = odometry_jumps(plan.views) if plan else []
     driven = _travelled(way, places, jumps=bool(jumps))
     clocks, late = (clocked.clocks, clocked.found) if clocked else ({}, {})
-    prospect = Prospect(path, selection, plan, refusal, views, driven, places, same, troubles, jumps, late)
     doubts = _doubts(plan, selection)
+    prospect = Prospect(
+        path, selection, plan, refusal, views, driven, places, same, troubles, jumps, late, truth_doubted=bool(doubts)
+    )
     return LogCheckup(
         survey=found,
         selection=selection,
@@ -136,7 +138,7 @@ def _doubts(plan: ViewPlan | None, selection: DriveSelection) -> tuple[str, ...]
     if plan is None or not motion_origin(plan.findings):
         return ()
     name = plan.source.path.name
-    doubt = truth_doubt(plan.views, selection.truth or f"{name}: its truth", name)
+    doubt = truth_doubt(plan.views, selection.truth or f"{name}: its truth", name, truth_delay(selection))
     if doubt and doubt.refused and selection.truth:
         raise ScenarioError(doubt.told)
     return (doubt.told,) if doubt else ()

@@ -63,7 +63,8 @@ class Prospect:
     after thinning by ``selection``. ``places`` (n, 3) are x, y [m] and heading [rad] of those before, nan where they
     are not known. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
     of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry. ``late`` sensors, by
-    name, have clocks that ``selection`` sets right by so much [s].
+    name, have clocks that ``selection`` sets right by so much [s]. ``truth_doubted``: something speaks against the true
+    poses, as the warnings tell.
     """
 
     path: Path
@@ -77,6 +78,7 @@ class Prospect:
     troubles: Mapping[str, str] = field(default_factory=dict)
     jumps: Sequence[OdometryJump] = ()
     late: Mapping[str, float] = field(default_factory=dict)
+    truth_doubted: bool = False
 
     @property
     def well(self) -> tuple[str, ...]:
@@ -180,6 +182,9 @@ def _score(of: Prospect) -> LogVerdict:
         )
         noisy = _commands(of, "learn", more="--odometry-noise") if motion_origin(findings) else ()
         return LogVerdict("score", Usability.LIMITED, reason, (*noisy, *_commands(of, "check", more="--truth FILE")))
+    if of.truth_doubted:
+        reason = f"true poses from {findings.truth}, of which there is a doubt to look at"
+        return LogVerdict("score", Usability.LIMITED, reason)
     if findings.without_truth:
         reason = f"{findings.views - findings.without_truth} of {findings.views} views have a true pose"
         return LogVerdict("score", Usability.LIMITED, reason)

@@ -15,8 +15,9 @@ class PairingOptions:
     ``topics`` are the topics of sensors to take, by default all cameras and one laser. ``leading`` is the topic or the
     name of the sensor at whose times there are views, by default the one with the lowest rate. Another sensor's sample
     belongs to a view if it is within ``tolerance`` [s] of it. ``late`` says how much later than the odometry's a
-    sensor's stamps are, topic or name → [s]; they are set back by that. ``odometry`` and ``truth`` are topics, or
-    trajectories or tables of poses (``refseq.logs.trajectories``) from elsewhere; ``base`` is the robot's frame.
+    sensor's stamps are, topic or name → [s], and those of the ``truth``; they are set back by that. ``odometry`` and
+    ``truth`` are topics, or trajectories or tables of poses (``refseq.logs.trajectories``) from elsewhere; ``base`` is
+    the robot's frame.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)

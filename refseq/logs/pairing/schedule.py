@@ -63,8 +63,10 @@ def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
     """Find the moments at which there is a view. Raises ``LogError`` for options that do not fit the log."""
     if not found.source.has_moments:
         return _by_time(found, choice, options)
-    if options.late:
-        raise LogError(f"{found.source.path}: tells itself what belongs to one view; valid are no late sensors")
+    if set(options.late) - {Role.TRUTH}:
+        raise LogError(
+            f"{found.source.path}: tells itself what belongs to one view; valid are no late sensors, but a late truth"
+        )
     return _by_number(found, choice)
 
 
@@ -121,13 +123,11 @@ def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
 
 
 def _late(found: Survey, choice: Choice, asked: Mapping[str, float]) -> Mapping[str, float]:
-    """Delay: how much later than the odometry's each sensor's stamps are [s], by topic."""
-    for sensor, seconds in asked.items():
-        if sensor not in {*choice.sensors, *choice.sensors.values()}:
-            valid = ", ".join(sorted(choice.sensors.values()))
+    """Delay: how much later than the odometry's each sensor's stamps are [s], by topic; the truth's is at its track."""
+    for sensor in asked:
+        if sensor not in {*choice.sensors, *choice.sensors.values(), Role.TRUTH}:
+            valid = ", ".join((*sorted(choice.sensors.values()), Role.TRUTH))
             raise LogError(f"{found.source.path}: late sensor {sensor!r} is not in it; valid are {valid}")
-        if not math.isfinite(seconds):
-            raise LogError(f"{found.source.path}: {sensor} late by {seconds} s is not valid; it should be finite")
     return {topic: asked.get(topic, asked.get(name, 0.0)) for topic, name in choice.sensors.items()}
 
 

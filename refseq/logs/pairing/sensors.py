@@ -1,5 +1,6 @@
 """Choice of topics: which cameras, which laser, whose odometry and truth, and the names that sensors get."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -26,7 +27,10 @@ GivenPoses = str | Trajectory | PoseTable | None
 
 @dataclass(frozen=True, slots=True)
 class PoseTrack:
-    """A trajectory, and where it comes from for messages; ``topic`` is empty where that is no topic of poses."""
+    """A trajectory, and where it comes from for messages.
+
+    ``topic`` is that of the poses; it is empty where they have none, and where their times were set back.
+    """
 
     origin: str
     poses: Trajectory
@@ -47,11 +51,14 @@ class Choice:
 def choose(found: Survey, options: PairingOptions) -> Choice:
     """Decide what is taken as what. Raises ``LogError`` for topics asked for that are not there."""
     _check_topics(found, options)
+    _check_delays(found, options)
     notes: list[str] = []
     sensors = _sensors(found, options, notes)
     base = options.base or _base(found)
     odometry = _odometry(found, options.odometry, base, notes)
-    truth = _truth(found, options.truth, base, notes)
+    truth = _truth(found, options, base, notes)
+    if truth is None and Role.TRUTH in options.late:
+        raise LogError(f"{found.source.path}: has no true poses to be late; valid is a truth from elsewhere beside it")
     if odometry is None and truth is not None:
         notes.append(f"no odometry: motion is taken from the true poses of {truth.origin}")
     return Choice(sensors, odometry, truth, base, tuple(notes))
@@ -65,6 +72,12 @@ def _check_topics(found: Survey, options: PairingOptions) -> None:
     for poses in (options.odometry, options.truth):
         if isinstance(poses, str):
             _check(found, poses, "of poses", valid[Role.ODOMETRY] + valid[Role.TRUTH])
+
+
+def _check_delays(found: Survey, options: PairingOptions) -> None:
+    for name, seconds in options.late.items():
+        if not math.isfinite(seconds):
+            raise LogError(f"{found.source.path}: {name} late by {seconds} s is not valid; it should be finite")
 
 
 def _check(found: Survey, topic: str, what: str, valid: Sequence[str]) -> None:
@@ -141,37 +154,41 @@ def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> 
     return _from_tree(found, base, (ODOMETRY_FRAME,))
 
 
-def _truth(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> PoseTrack | None:
-    if asked is not None:
-        return _given(found, asked, notes)
+def _truth(found: Survey, options: PairingOptions, base: str, notes: list[str]) -> PoseTrack | None:
+    late = options.late.get(Role.TRUTH, 0.0)
+    if options.truth is not None:
+        return _given(found, options.truth, notes, late)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.TRUTH)]
-    return _of_topic(found, topics[0]) if topics else _from_tree(found, base, MAP_FRAMES)
+    return _of_topic(found, topics[0], late) if topics else _from_tree(found, base, MAP_FRAMES, late)
 
 
-def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str]) -> PoseTrack:
-    """A topic, or poses from elsewhere. Raises ``LogError`` for poses that do not belong to the log's time."""
+def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str], late: float = 0.0) -> PoseTrack:
+    """A topic, or poses from elsewhere, set back by what they are ``late`` [s].
+
+    Raises ``LogError`` for poses that do not belong to the log's time.
+    """
     if isinstance(asked, str):
-        return _of_topic(found, asked)
+        return _of_topic(found, asked, late)
     if isinstance(asked, Trajectory):
-        return PoseTrack("a trajectory given", asked)
+        return PoseTrack("a trajectory given", asked.earlier(late))
     sensors = [*found.of_role(Role.CAMERA), *found.of_role(Role.LASER)]
     times = [time for stamps in sensors for time in stamps.times] or [0.0]
     if asked.numbered and sensors:
         notes.append(f"{asked.source.name}: its poses are numbered as the samples of {sensors[0].channel.topic}")
     notes.extend(f"{asked.source.name}: {note}" for note in asked.notes)
     numbered = sensors[0].times if sensors else []
-    return PoseTrack(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered))
+    return PoseTrack(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered, late))
 
 
-def _of_topic(found: Survey, topic: str) -> PoseTrack:
-    return PoseTrack(f"topic {topic}", found.trajectory(topic), topic)
+def _of_topic(found: Survey, topic: str, late: float = 0.0) -> PoseTrack:
+    return PoseTrack(f"topic {topic}", found.trajectory(topic).earlier(late), "" if late else topic)
 
 
-def _from_tree(found: Survey, base: str, frames: Sequence[str]) -> PoseTrack | None:
+def _from_tree(found: Survey, base: str, frames: Sequence[str], late: float = 0.0) -> PoseTrack | None:
     for frame in frames:
         way = found.tree.trajectory(base, frame)
         if way is not None:
-            return PoseTrack(f"transforms {frame} → {base}", way)
+            return PoseTrack(f"transforms {frame} → {base}", way.earlier(late))
     return None
 
 

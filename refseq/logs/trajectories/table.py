@@ -65,9 +65,12 @@ class PoseTable:
             )
         return Trajectory.of(times[self.keys.astype(np.intp)].tolist(), (pose for _, pose in self))
 
-    def within(self, begin: float, end: float, log: Path, stamps: ArrayLike = ()) -> Trajectory:
-        """As ``timed``, for a log from ``begin`` to ``end`` [s]. Raises ``LogError`` where no pose lies within that."""
-        timed = self.timed(stamps)
+    def within(self, begin: float, end: float, log: Path, stamps: ArrayLike = (), late: float = 0.0) -> Trajectory:
+        """As ``timed``, set back by what they are ``late`` [s], for a log from ``begin`` to ``end`` [s].
+
+        Raises ``LogError`` where no pose lies within that.
+        """
+        timed = self.timed(stamps).earlier(late)
         if timed.times[0] <= end and begin <= timed.times[-1]:
             return timed
         raise LogError(

@@ -82,7 +82,7 @@ def _read_log(log: Log, path: Path, truth: Path | None = None) -> Recording:
     plan = plan_views(open_log(path), PairingOptions(truth=None if truth is None else read_trajectory(truth)))
     plan = plan.between(stretch(log.views, len(plan), path))
     if truth is not None:
-        from refseq_bench.scenarios.drives.truth_fit import check_truth  # its solver, which who lists does not wait for
+        from refseq_bench.scenarios.drives.truth.fit import check_truth  # its solver, which who lists does not wait for
 
         check_truth(plan.views, str(truth), path.name)
     if log.noise is not None:

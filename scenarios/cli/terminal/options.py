@@ -288,7 +288,10 @@ class LogReading:
     ] = None
     late: Annotated[
         str | None,
-        option("NAME=SECONDS", "Stamps of a sensor are so late against the odometry's, commas between: laser=0.12."),
+        option(
+            "NAME=SECONDS",
+            "Stamps of a sensor, or truth, are so late against the odometry's, commas between: laser=0.12.",
+        ),
     ] = None
     odometry: Annotated[
         str | None,

@@ -11,7 +11,7 @@ from refseq.logs.pairing.moments import NONE
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.pairing.sensors import choose
 from refseq.logs.source import LogSource, Role
-from refseq_bench.scenarios.drives.inputs import DriveSelection, assignments, pairing_options, plan_drive, words
+from refseq_bench.scenarios.drives.inputs import DriveSelection, delays, pairing_options, plan_drive
 from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.clocks.turns import sensor_offsets
 from refseq_bench.scenarios.log_tools.survey import motion_origin, topic_of
@@ -154,8 +154,7 @@ def _logged(channels: Mapping[str, ChannelFindings], sensors: Mapping[str, str],
 
 def _given(selection: DriveSelection, sensors: Mapping[str, str]) -> Delays:
     """Delays that the user tells, by the names of ``sensors``, topic → name."""
-    told = assignments(words(selection.late, "late"), "late")
-    return {sensors.get(key, key): float(text) for key, text in told.items()}
+    return {sensors.get(key, key): late for key, late in delays(selection).items()}
 
 
 def with_late(selection: DriveSelection, late: Mapping[str, float]) -> DriveSelection:

@@ -52,6 +52,12 @@ def test_each_place_has_the_pictures_that_it_was_learnt_from(bag: Path, selectio
         assert one.distance == pytest.approx(view.distance)
 
 
+def test_a_map_notes_no_late_truth() -> None:
+    """Truth may have come from a file, and be of no log that the places are found in again."""
+    assert reading_notes(DriveSelection(late="truth=3.7")) == {}
+    assert reading_notes(DriveSelection(late="laser=0.125,truth=3.7")) == {"read_with_late": "laser=0.125"}
+
+
 def test_true_poses_are_those_of_the_map(tmp_path: Path) -> None:
     """They may have come from a file, which the recording does not know."""
     views = corridor_drive(np.random.default_rng(1), count=4, size=24)

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from refseq.errors import LogError
-from refseq.logs import PairingOptions, open_log, plan_views, read_recording
+from refseq.logs import PairingOptions, RecordingWriter, open_log, plan_views, read_recording
 from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.pairing.moments import Moments
 from refseq.logs.pairing.schedule import Schedule
 from refseq.logs.recording import TimedData
+from refseq.logs.trajectories import read_trajectory
 from refseq.logs.trajectory import Trajectory
 from refseq.map.learning import learn
 from refseq.planar import Pose, after_motion, motion_between
-from refseq.view import View
+from refseq.view import Scan, View
 from tests.refseq.logs.foxglove_drive import BEARINGS, TOPICS, FoxgloveSetup, write_foxglove, write_json
 from tests.refseq.logs.robot_drive import RobotDrive, Sense
 
@@ -218,6 +219,41 @@ def test_names_and_topics_are_the_user_s(log: Path) -> None:
     assert alone.sensors == {"laser"}
 
 
+def test_a_late_truth_is_set_back(log: Path) -> None:
+    views = read_recording(log, PairingOptions(late={"truth": 0.5})).views
+    known = [view for view in views if view.truth is not None]
+    assert len(views) - 10 < len(known) < len(views)  # behind its last pose but half a second there is none
+    for view in known[:-5]:
+        assert view.truth
+        assert motion_between(DRIVE.pose(view.time + 0.5), view.truth) == pytest.approx((0, 0), abs=0.01)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.3])
+def test_a_late_truth_of_a_log_that_numbers_its_moments_is_set_back(tmp_path: Path, late: float) -> None:
+    with RecordingWriter(tmp_path / "drive.mcap", {}) as writer:
+        for k in range(20):
+            pose = Pose(float(k), 0.0, 0.0)
+            writer.write(View(float(k), scan=Scan(np.ones(9, np.float32), 0.0, 0.1), truth=pose), pose)
+    found = read_recording(tmp_path / "drive.mcap", PairingOptions(late={"truth": late})).views
+    assert [view.truth.x for view in found[:-1] if view.truth] == pytest.approx(np.arange(19) + late)
+    with pytest.raises(LogError, match="valid are no late sensors, but a late truth"):
+        read_recording(tmp_path / "drive.mcap", PairingOptions(late={"truth": late, "laser": 0.1}))
+
+
+def test_a_late_trajectory_is_held_against_the_log_once_it_is_set_right(log: Path, tmp_path: Path) -> None:
+    shown = [(DRIVE.start + k / 10, DRIVE.pose(DRIVE.start + k / 10)) for k in range(80)]
+    rows = [f"{time + 3600},{pose.x},{pose.y}" for time, pose in shown]
+    (tmp_path / "gps.csv").write_text("\n".join(["time,x,y", *rows]))
+    given = read_trajectory(tmp_path / "gps.csv")
+    with pytest.raises(LogError, match="valid is a trajectory of the same time"):
+        read_recording(log, PairingOptions(truth=given))
+    for view in read_recording(log, PairingOptions(truth=given, late={"truth": 3600})).views[1:70]:
+        assert view.truth
+        assert (view.truth.x, view.truth.y) == pytest.approx(
+            (DRIVE.pose(view.time).x, DRIVE.pose(view.time).y), abs=0.05
+        )
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -237,6 +273,7 @@ def test_names_and_topics_are_the_user_s(log: Path) -> None:
         ),
         (PairingOptions(late={"rear": 0.1}), r"late sensor 'rear' is not in it; valid are cam0, laser"),
         (PairingOptions(late={"laser": math.inf}), r"laser late by inf s is not valid; it should be finite"),
+        (PairingOptions(late={"truth": math.nan}), r"truth late by nan s is not valid; it should be finite"),
         (PairingOptions(tolerance=math.nan), r"tolerance nan s is not valid; it should be"),
         (PairingOptions(names={"/scan": "cam0"}), r"laser /scan is named 'cam0'; valid is 'laser'"),
     ],

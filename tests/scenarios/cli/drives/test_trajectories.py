@@ -14,7 +14,7 @@ from evo.core import metrics, sync
 from evo.tools import file_interface
 
 from refseq.belief import LOST_ABOVE
-from refseq.logs import write_carmen
+from refseq.logs import read_recording, write_carmen
 from refseq.logs.beliefs import read_beliefs
 from refseq.logs.trajectories import read_trajectory, write_trajectory
 from refseq.map.map import Map
@@ -157,3 +157,20 @@ def test_mistakes(
     said = refseq("localise", learnt, "later.log", *words)
     assert said.code == 2
     assert message in " ".join(said.err.split())
+
+
+def test_given_odometry_and_an_estimated_truth_are_noted(refseq: Refseq, tmp_path: Path) -> None:
+    """The odometry of a folder of pictures is assumed, until one is given."""
+    (tmp_path / "pictures").mkdir()
+    for k in range(6):
+        cv2.imwrite(str(tmp_path / "pictures" / f"{k}.png"), np.full((48, 64), 40 * k, np.uint8))
+    for name in ("wheels.csv", "station.csv"):
+        (tmp_path / name).write_text("index,x,y,heading\n" + "".join(f"{k},{0.5 * k},0,0\n" for k in range(6)))
+    given = ("--odometry", tmp_path / "wheels.csv", "--truth", tmp_path / "station.csv")
+    for out, options in (("plain.mcap", ()), ("given.mcap", given)):
+        assert refseq("log", "convert", tmp_path / "pictures", tmp_path / out, *options).code == 0
+    plain, noted = (read_recording(tmp_path / out).metadata for out in ("plain.mcap", "given.mcap"))
+    assert plain["odometry"] == "assumed: 1 m a picture"
+    assert (noted["odometry"], noted["truth"]) == ("wheels.csv", "station.csv")
+    checked = refseq("learn", tmp_path / "given.mcap", "--features", "dense", "-o", tmp_path / "map.refseq")
+    assert "has no odometry" not in checked.err

@@ -15,6 +15,7 @@ from refseq.dead_reckoning import dead_reckoned
 from refseq.planar import wrapped
 from refseq.pose_graph import cuts, motions_between, ways_along
 from refseq.view import View
+from refseq_bench.scenarios.drives.truth.clock import true_poses, truth_clock
 from refseq_bench.scenarios.errors import ScenarioError
 
 PIECES = (5.0, 20.0)
@@ -57,12 +58,13 @@ class TruthFit:
 
 def truth_fit(views: Sequence[View]) -> TruthFit | None:
     """Compare the true poses of views with their odometry; None where there is too little of either."""
-    known = [index for index, view in enumerate(views) if view.truth is not None]
-    odometry = dead_reckoned(views)
-    if len(known) < 2 or not len(odometry):
-        return None
-    truth = np.array([(pose.x, pose.y, pose.heading) for view in views if (pose := view.truth)])
-    return fit_of(truth, odometry[known])
+    return _fit_where_known(true_poses(views), dead_reckoned(views))
+
+
+def _fit_where_known(truth: NDArray[np.float64], odometry: NDArray[np.float64]) -> TruthFit | None:
+    """The same of poses of views, (n, 3) each, those of the truth nan where they are not known."""
+    known = np.isfinite(truth).all(axis=1)
+    return fit_of(truth[known], odometry[known]) if known.sum() >= 2 and len(odometry) else None
 
 
 def fit_of(truth: NDArray[np.float64], odometry: NDArray[np.float64]) -> TruthFit | None:
@@ -110,15 +112,22 @@ class TruthDoubt:
     refused: bool = False
 
 
-def truth_doubt(views: Sequence[View], truth: str, drive: str) -> TruthDoubt | None:
-    """Doubt about the true poses of some views, None: nothing against them; ``truth`` and ``drive`` are their names."""
+def truth_doubt(views: Sequence[View], truth: str, drive: str, late: float = 0.0) -> TruthDoubt | None:
+    """Doubt about the true poses of some views, None: nothing against them.
+
+    ``truth`` and ``drive`` are their names, ``late`` [s] is what the truth was set back by.
+    """
     fit = truth_fit(views)
     if fit is None:
         return None
+    clock = _told_clock(views, drive, late)
     told = f"{fit.fitting} of {fit.pieces} pieces of {fit.metres:g} m go as the odometry of {drive} does"
     if fit.share < REFUSED:
         valid = "the true poses of this drive at its times, x before y, in metres, headings in radians"
-        return TruthDoubt(f"{truth}: tells another way: {told}; valid are {valid}", refused=True)
+        seems = f"; {clock}" if clock else ""
+        return TruthDoubt(f"{truth}: tells another way: {told}; valid are {valid}{seems}", refused=True)
+    if clock:
+        return TruthDoubt(f"{truth}: {clock}")
     if fit.share < DOUBTED:
         causes = "a mirrored axis, other units or times, or odometry that slipped"
         return TruthDoubt(f"{truth}: hardly fits: {told}; look for {causes}")
@@ -130,12 +139,27 @@ def truth_doubt(views: Sequence[View], truth: str, drive: str) -> TruthDoubt | N
     return None
 
 
-def check_truth(views: Sequence[View], truth: str, drive: str) -> None:
+def _told_clock(views: Sequence[View], drive: str, late: float) -> str:
+    """A sentence on true poses of another clock than the odometry; empty unless they fit when that is set right."""
+    clock = truth_clock(views)
+    if clock is None:
+        return ""
+    fit = _fit_where_known(true_poses(views, clock.late), dead_reckoned(views))
+    if fit is None or fit.share < DOUBTED:
+        return ""
+    word, right = "late" if clock.late > 0 else "early", late + clock.late
+    return (
+        f"its clock is {abs(clock.late):.2f} ± {clock.error:.2f} s {word} against the odometry of {drive}, by corners "
+        f"and speed; --late truth={right:.2f} sets it right"
+    )
+
+
+def check_truth(views: Sequence[View], truth: str, drive: str, late: float = 0.0) -> None:
     """Refuse a truth, given beside a drive, that tells another way; what is doubtful is a warning.
 
-    Raises ``ScenarioError``.
+    ``late`` [s] is what it was set back by. Raises ``ScenarioError``.
     """
-    doubt = truth_doubt(views, truth, drive)
+    doubt = truth_doubt(views, truth, drive, late)
     if doubt and doubt.refused:
         raise ScenarioError(doubt.told)
     if doubt:

@@ -8,7 +8,7 @@ import pytest
 from refseq.logs.recording import TimedData, views_of
 from refseq.planar import Pose, after_motion
 from refseq.view import View
-from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
+from refseq_bench.scenarios.drives.truth.repeated import repeats_odometry
 
 
 def drive(slip: float = 0.0, ahead: float = 0.0) -> list[View]:

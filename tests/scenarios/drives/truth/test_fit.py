@@ -14,7 +14,7 @@ from refseq.logs import RecordingWriter
 from refseq.planar import Pose, after_motion
 from refseq.view import Scan, View
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log, read_real
-from refseq_bench.scenarios.drives.truth_fit import DOUBTED, REFUSED, fit_of, truth_doubt, truth_fit
+from refseq_bench.scenarios.drives.truth.fit import DOUBTED, REFUSED, fit_of, truth_doubt, truth_fit
 from refseq_bench.scenarios.errors import ScenarioError
 from tests.scenarios.conftest import Refseq
 
@@ -155,6 +155,32 @@ def test_what_is_doubtful_is_told_once(refseq: Refseq, here: Path) -> None:
     assert f"longer.csv: {told}" in refseq("log", "check", "drive.mcap", "--truth", "longer.csv").out.replace("\n", " ")
     told = "half.csv: has true poses of 60 of the 120 views of drive.mcap; the others are not scored"
     assert refseq(*LEARN, "half.csv").err == f"note: {told}\n"
+
+
+@pytest.mark.parametrize(("late", "code"), [(2.0, 0), (-1.5, 0), (-3.0, 2)])
+def test_a_truth_of_another_clock_is_told_with_what_sets_it_right(
+    refseq: Refseq, here: Path, late: float, code: int
+) -> None:
+    """Refused or not, as it tells another way where there are many corners."""
+    rows = [f"{k + late},{x},{y},{heading}" for k, (x, y, heading) in enumerate(poses(drive()).tolist())]
+    (here / "late.csv").write_text("\n".join(["time,x,y,heading", *rows]))
+    answer = refseq(*LEARN, "late.csv")
+    option = answer.err.split("; ")[-1].removesuffix(" sets it right\n")
+    assert answer.code == code
+    assert float(option.removeprefix("--late truth=")) == pytest.approx(late, abs=0.1)
+    right = refseq(*LEARN, "late.csv", *option.split())
+    assert (right.code, right.err) == (0, "")
+
+
+def test_a_truth_of_another_clock_scores_with_less(refseq: Refseq, here: Path) -> None:
+    rows = [f"{k + 2},{x},{y},{heading}" for k, (x, y, heading) in enumerate(poses(drive()).tolist())]
+    (here / "late.csv").write_text("\n".join(["time,x,y,heading", *rows]))
+    for option, score in (
+        ("truth=0", "works, with less: true poses from late.csv, of which there is a doubt to look at"),
+        ("truth=2", "works: true poses from late.csv"),
+    ):
+        checked = refseq("log", "check", "drive.mcap", "--truth", "late.csv", "--late", option).out
+        assert f"score      {score}" in checked
 
 
 def test_a_scenarios_log_is_refused_alike(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
