@@ -197,10 +197,11 @@ def _completed(source: dict[str, Any], reference: Mapping[str, Any], own: Sequen
 
 def _source(table: SourceTable, seed: int, steps: int, file: Path) -> Source:
     if isinstance(table, LogTable):
-        return Log(table.log, table.views, table.thin, seed if table.odometry_noise else None, table.truth)
+        noise = seed if table.odometry_noise else None
+        return Log(table.log, table.views, table.thin, noise, table.truth, beside=file.resolve().parent)
     if isinstance(table, DriveTable):
         return _drive(table, seed, steps, file)
-    return Images(table.images, table.spacing, table.width)
+    return Images(table.images, table.spacing, table.width, beside=file.resolve().parent)
 
 
 def _drive(table: DriveTable, seed: int, steps: int, file: Path) -> Drive:

@@ -1,8 +1,8 @@
-"""Real recordings: a log, or a folder of images, in the folder of those that this machine has."""
+"""Real recordings: a log or a folder of images, beside the scenario's file or in the folder of those at hand."""
 
 import os
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePath
 
 import numpy as np
 
@@ -24,10 +24,11 @@ class AbsentError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """A log in the folder of real recordings: the ``views`` FROM:TO of it, one every ``thin`` [m] (0: all).
+    """A real log: the ``views`` FROM:TO of it, one every ``thin`` [m] (0: all).
 
     ``noise`` is the seed of the noise that its odometry is given, None: none, for logs whose odometry is a real one.
-    ``truth`` is a trajectory's file in that folder, None: the true poses are the log's own.
+    ``truth`` is a trajectory's file, None: the true poses are the log's own. Both are looked for in the folder
+    ``beside`` the scenario, then in that of real recordings.
     """
 
     file: str
@@ -35,11 +36,12 @@ class Log:
     thin: float = 0.0
     noise: int | None = None
     truth: str | None = None
+    beside: Path | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Images:
-    """A folder of images of one camera in the folder of real recordings, in the order of their names.
+    """A folder of images of one camera, in the order of their names, looked for as a log is.
 
     There is no odometry: each view is ``spacing`` [m] after the last, and its true place is its number times that. The
     images are enlarged or shrunk to ``width`` [pixels].
@@ -48,28 +50,39 @@ class Images:
     folder: str
     spacing: float = 1.0
     width: int = 640
+    beside: Path | None = field(default=None, compare=False)
 
 
-def real_path(source: Log | Images) -> Path:
-    """Where a real recording lies. Raises ``AbsentError``."""
-    return _path_of(source.file if isinstance(source, Log) else source.folder)
+def names_in(source: Log | Images) -> tuple[str, ...]:
+    """All that a real recording is read from, by the names that the scenario has: itself, and its truth."""
+    if isinstance(source, Images):
+        return (source.folder,)
+    return (source.file, source.truth) if source.truth else (source.file,)
 
 
 def real_paths(source: Log | Images) -> tuple[Path, ...]:
-    """All that a real recording is read from: where it lies, and its truth. Raises ``AbsentError``."""
-    path = real_path(source)
-    return (path, _path_of(source.truth)) if isinstance(source, Log) and source.truth else (path,)
+    """Where all that a real recording is read from lies. Raises ``AbsentError``."""
+    return tuple(_path_of(name, source.beside) for name in names_in(source))
 
 
-def _path_of(name: str) -> Path:
-    """Where a name lies in the folder of real recordings. Raises ``AbsentError``."""
+def place_below(name: str) -> Path:
+    """Where a name lies in the folder of real recordings that another machine is sent: nowhere outside of it."""
+    path = PurePath(name)
+    return Path(*(part for part in path.parts if part not in (path.anchor, "..")))
+
+
+def _path_of(name: str, beside: Path | None) -> Path:
+    """Where a name lies: beside the scenario, or in the folder of real recordings. Raises ``AbsentError``."""
     home = os.environ.get(DATA)
-    if home is None:
-        raise AbsentError(f"{name}: the folder of real recordings is not known; valid is to name it in {DATA}")
-    path = Path(home) / name
-    if not path.exists():
-        raise AbsentError(f"{path}: is not there; valid is a folder of real recordings in {DATA} that holds it")
-    return path
+    homes = [Path(home, name), Path(home, place_below(name))] if home is not None else []
+    places = [Path(beside or "/", name)] if beside is not None or Path(name).is_absolute() else []
+    if (found := next((path for path in (*places, *homes) if path.exists()), None)) is not None:
+        return found
+    looked = ", ".join(dict.fromkeys(map(str, (*places, *homes[:1])))) or "nowhere"
+    none = "" if home is not None else ", which names none"
+    raise AbsentError(
+        f"{name}: is not there (looked for: {looked}); valid is one beside the scenario, or in folder {DATA}{none}"
+    )
 
 
 def read_real(source: Log | Images) -> Recording:

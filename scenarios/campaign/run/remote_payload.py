@@ -8,11 +8,11 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log, real_paths
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log, names_in, place_below, real_paths
 from refseq_bench.scenarios.campaign.run import mission_task
 from refseq_bench.scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
 from refseq_bench.scenarios.campaign.run.workers import Processes, broken
@@ -113,17 +113,16 @@ def _views_of(task: Question, store: Store) -> list[PayloadFile]:
 
 
 def _real_files(source: Log | Images) -> list[PayloadFile]:
-    names = (source.file, source.truth) if isinstance(source, Log) else (source.folder,)
-    paths = real_paths(source)
-    return [piece for name, path in zip(filter(None, names), paths, strict=True) for piece in _pieces(name, path)]
+    named = zip(map(place_below, names_in(source)), real_paths(source), strict=True)
+    return [piece for place, path in named for piece in _pieces(place, path)]
 
 
-def _pieces(name: str, path: Path) -> list[PayloadFile]:
+def _pieces(place: Path, path: Path) -> list[PayloadFile]:
     """A file, or all files of a folder, as a recording may be one."""
     if not path.is_dir():
-        return [PayloadFile(REAL, name, path)]
+        return [PayloadFile(REAL, place.as_posix(), path)]
     files = sorted(file for file in path.rglob("*") if file.is_file())
-    return [PayloadFile(REAL, str(PurePosixPath(name, file.relative_to(path).as_posix())), file) for file in files]
+    return [PayloadFile(REAL, (place / file.relative_to(path)).as_posix(), file) for file in files]
 
 
 def _maps_of(task: Question, store: Store) -> list[PayloadFile]:

@@ -30,7 +30,8 @@ def source_key(source: Source) -> str:
     paths, found = real_paths(source), None
     with suppress(OSError):  # whoever is to read it will tell
         found = [content_digest(path) for path in paths]
-    return key_of(type(source).__name__, asdict(source), found, code_digest(real_recordings.__name__))
+    told = {key: value for key, value in asdict(source).items() if key != "beside"}
+    return key_of(type(source).__name__, told, found, code_digest(real_recordings.__name__))
 
 
 def recording_key(drive: Drive) -> str:

@@ -15,7 +15,7 @@ from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, find, load, names
 from refseq_bench.scenarios.campaign.declare.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log, real_path
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log, real_paths
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable, MissionScenario, Scenario
 from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
 from refseq_bench.scenarios.campaign.run.tasks import RecordTask, distinct
@@ -365,7 +365,7 @@ def test_the_stretches_of_real_logs_are_there_and_do_not_overlap(name: str) -> N
         spans: list[slice] = []
         for source in one.sources(1):
             assert not isinstance(source, Drive)
-            path = real_path(source)
+            path, *_ = real_paths(source)
             if isinstance(source, Log):
                 spans.append(stretch(source.views, views_in(path), path))
         # References may overlap each other, where they are to be merged: never what is asked about.

@@ -15,7 +15,7 @@ from refseq.errors import LogError
 from refseq_bench.scenarios.campaign.declare.cases import Case, find, load
 from refseq_bench.scenarios.campaign.declare.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.figures import FIGURES
-from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, Images, Log, read_real
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, Images, Log, place_below, read_real
 from refseq_bench.scenarios.campaign.declare.schema import Scenario
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
 from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
@@ -626,6 +626,32 @@ def test_a_truth_that_is_missing_is_absent_as_a_log_is(tmp_path: Path, monkeypat
     line_of_scans(tmp_path)
     with pytest.raises(AbsentError, match=r"t\.csv"):
         read_real(Log("a.log", truth="t.csv"))
+
+
+@pytest.mark.parametrize("named", ["a.log", "folder/../a.log", "{absolute}"])
+def test_a_log_of_one_s_own_lies_beside_its_scenario(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
+) -> None:
+    monkeypatch.delenv("REFSEQ_RECORDINGS", raising=False)
+    (tmp_path / "folder").mkdir()
+    line_of_scans(tmp_path)
+    (tmp_path / "t.csv").write_text(TURNED)
+    file = named.format(absolute=tmp_path / "a.log")
+    reference, _ = only_case(tmp_path, HEAD + f'[reference]\nlog = "{file}"\ntruth = "t.csv"\n[query]\n').sources(1)
+    assert isinstance(reference, Log)
+    assert len(read_real(reference).views) == 3
+    (tmp_path / "a.log").unlink()
+    with pytest.raises(AbsentError) as caught:
+        read_real(reference)
+    assert str(caught.value) == (
+        f"{file}: is not there (looked for: {tmp_path / file}); valid is one beside the scenario, or in folder "
+        "REFSEQ_RECORDINGS, which names none"
+    )
+
+
+@given(st.text("a/.", min_size=1, max_size=12))
+def test_no_name_leads_out_of_the_folder_that_another_machine_is_sent(name: str) -> None:
+    assert Path("/home/sent") in (Path("/home/sent") / place_below(name) / "x").resolve().parents
 
 
 def test_a_query_of_another_kind_takes_over_nothing(tmp_path: Path) -> None:
