@@ -25,7 +25,8 @@ from refseq.logs.trajectories.columns import (
     shaped_columns,
 )
 from refseq.logs.trajectories.fields import decimal_comma, fields_of, is_separated, names_of
-from refseq.logs.trajectories.geodesy import headings_along, utm, zone_of
+from refseq.logs.trajectories.geodesy import utm, zone_of
+from refseq.logs.trajectories.headings import are_degrees, headings_along
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
 from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
 
@@ -161,8 +162,19 @@ def _poses(rows: Sequence[_TrajectoryRow], columns: TrajectoryColumns) -> tuple[
         rotations = rotations_of(_unit(rows, quaternions))
         return in_plane(np.column_stack([points, table.get(Q.Z, 0 * table[Q.X])]), rotations), tuple(unknown)
     if Q.HEADING in table:
+        if columns.units.get(Q.HEADING, "") not in RADIANS:
+            _check_radians(rows[0].path, points, table[Q.HEADING])
         return np.column_stack([points, table[Q.HEADING]]), tuple(unknown)
     return _headed(rows[0].path, points), (*unknown, "headings are those of the way driven")
+
+
+def _check_radians(path: Path, points: NDArray[np.float64], headings: NDArray[np.float64]) -> None:
+    """Raise ``LogError`` for headings of no known unit that are degrees, by the way driven."""
+    if are_degrees(points, headings):
+        raise LogError(
+            f"{path}: its headings, up to {np.abs(headings).max():g}, go along its way as degrees and not as radians; "
+            "valid is a header that names their unit: time,x,y,heading [deg], or heading [rad]"
+        )
 
 
 def _unknown(quantity: Q, unit: str, taken: str) -> str:

@@ -235,3 +235,45 @@ def test_a_unit_that_nobody_knows_is_told(tmp_path: Path) -> None:
         "the unit 'furlong' of x is not known: it is taken for m",
         "the unit 'utc' of time is not known: it is taken for s",
     }
+
+
+def about(unit: float, noise: float, header: str) -> str:
+    """A table of a drive around a square of 12 m, whose headings count ``unit`` [rad]."""
+    rng = np.random.default_rng(1)
+    headings = np.repeat([0.0, math.pi / 2, math.pi, -math.pi / 2], 12)
+    points = np.cumsum(np.column_stack([np.cos(headings), np.sin(headings)]), axis=0)
+    told = (headings + rng.normal(0, noise, len(headings))) / unit
+    rows = [f"{k},{x:.3f},{y:.3f},{heading:.5f}" for k, ((x, y), heading) in enumerate(zip(points, told, strict=True))]
+    return "\n".join([header, *rows])
+
+
+@pytest.mark.parametrize("metre", [1, 1000], ids=["metres", "millimetres"])
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+@pytest.mark.parametrize("header", ["time,x,y,yaw", "time,x,y,yaw [Grad]"])
+def test_degrees_without_a_unit_are_refused(tmp_path: Path, metre: float, noise: float, header: str) -> None:
+    """A robot that drives back, or a sensor that looks aside, changes nothing."""
+    path = tmp_path / "odometry.csv"
+    table = np.loadtxt(about(math.radians(1), noise, header).splitlines(), delimiter=",", skiprows=1)
+    for aside in (0.0, 180.0, 90.0):
+        rows = "\n".join(f"{time},{metre * x},{metre * y},{yaw + aside}" for time, x, y, yaw in table)
+        path.write_text(f"{header}\n{rows}\n")
+        with pytest.raises(LogError, match=r"go along its way as degrees and not as radians; valid .*heading \[deg\]"):
+            read_trajectory(path)
+
+
+@pytest.mark.parametrize(
+    ("unit", "header"),
+    [(1.0, "time,x,y,yaw"), (1.0, "time,x,y,yaw [rad]"), (math.radians(1), "time,x,y,yaw [deg]")],
+)
+def test_headings_in_the_unit_that_is_taken_are_read(tmp_path: Path, unit: float, header: str) -> None:
+    path = tmp_path / "odometry.csv"
+    path.write_text(about(unit, 0.3, header))
+    assert np.abs(read_trajectory(path).poses[:, 2]).max() < 5
+
+
+def test_a_way_that_tells_no_unit_is_read(tmp_path: Path) -> None:
+    """Straight ahead both units say the same, and a robot that stands goes along nothing."""
+    path = tmp_path / "odometry.csv"
+    for rows in (["0,0,0,90", "1,0,9,90", "2,0,30,90"], ["0,0,0,90", "1,0,0,80"]):
+        path.write_text("\n".join(["time,x,y,yaw", *rows]))
+        assert read_trajectory(path).poses[0, 2] == 90
