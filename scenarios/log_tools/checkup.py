@@ -15,7 +15,7 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection
-from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, without_jumps
+from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, speed_doubt, without_jumps
 from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
 from refseq_bench.scenarios.drives.truth_fit import truth_doubt
 from refseq_bench.scenarios.errors import ScenarioError
@@ -25,6 +25,7 @@ from refseq_bench.scenarios.log_tools.cost import TIMED, ExpectedCost, expected_
 from refseq_bench.scenarios.log_tools.survey import (
     LogSurvey,
     TopicSurvey,
+    is_assumed,
     motion_origin,
     pictures_of,
     scan_of,
@@ -101,7 +102,8 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     jumps = odometry_jumps(plan.views) if plan else []
     driven = _travelled(way, places, jumps=bool(jumps))
     clocks, late = (clocked.clocks, clocked.found) if clocked else ({}, {})
-    prospect = Prospect(path, selection, plan, refusal, views, driven, places, same, troubles, jumps, late)
+    units = _units(plan)
+    prospect = Prospect(path, selection, plan, refusal, views, driven, places, same, troubles, jumps, late, units)
     doubts = _doubts(plan, selection)
     return LogCheckup(
         survey=found,
@@ -140,6 +142,11 @@ def _doubts(plan: ViewPlan | None, selection: DriveSelection) -> tuple[str, ...]
     if doubt and doubt.refused and selection.truth:
         raise ScenarioError(doubt.told)
     return (doubt.told,) if doubt else ()
+
+
+def _units(plan: ViewPlan | None) -> str:
+    """The doubt that odometry is in metres; empty without one."""
+    return "" if plan is None or is_assumed(plan) else speed_doubt(plan.views)
 
 
 def _spacing(plan: ViewPlan) -> float:

@@ -62,7 +62,7 @@ class Prospect:
     after thinning by ``selection``. ``places`` (n, 3) are x, y [m] and heading [rad] of those before, nan where they
     are not known. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
     of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry. ``late`` sensors, by
-    name, have clocks that ``selection`` sets right by so much [s].
+    name, have clocks that ``selection`` sets right by so much [s]. ``units`` is the doubt that odometry is in metres.
     """
 
     path: Path
@@ -76,6 +76,7 @@ class Prospect:
     troubles: Mapping[str, str] = field(default_factory=dict)
     jumps: Sequence[OdometryJump] = ()
     late: Mapping[str, float] = field(default_factory=dict)
+    units: str = ""
 
     @property
     def well(self) -> tuple[str, ...]:
@@ -116,6 +117,8 @@ def _learn(of: Prospect) -> LogVerdict:
     if not motion_origin(of.plan.findings):
         reason = "no odometry: give it as a trajectory (TUM, KITTI or EuRoC)"
         return LogVerdict("learn", Usability.FAILS, reason, _commands(of, "check", more="--odometry FILE"))
+    if of.units:
+        return LogVerdict("learn", Usability.FAILS, _units(of))
     if of.length < SHORT:
         return LogVerdict("learn", Usability.FAILS, _hardly_moves(of, of.plan))
     if of.troubles and not of.well:
@@ -137,6 +140,8 @@ def _localise(of: Prospect) -> LogVerdict:
     if not motion_origin(of.plan.findings):
         reason = "no odometry: each view is judged by itself (stage uniform), in a map of another log"
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "alone"))
+    if of.units:
+        return LogVerdict("localise", Usability.FAILS, _units(of))
     if of.troubles and not of.well:
         return LogVerdict("localise", Usability.FAILS, of.trouble)
     if of.length < SHORT:
@@ -150,6 +155,10 @@ def _localise(of: Prospect) -> LogVerdict:
         return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split.cut))
     reason = "in a map of another drive along the same path"
     return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+
+
+def _units(of: Prospect) -> str:
+    return f"{of.units} A table names another unit in its header: x [mm]" if of.selection.odometry else of.units
 
 
 def _longest(plan: ViewPlan, jumps: Sequence[OdometryJump]) -> str:
