@@ -9,7 +9,7 @@ from refseq.logs.pairing.survey import Survey, TopicStamps
 from refseq.logs.source import Role
 from refseq.logs.trajectories.table import PoseTable
 from refseq.logs.trajectory import Trajectory
-from refseq.view import LASER
+from refseq.view import ASSUMED, LASER
 
 TAILS = frozenset(
     {"image", "image_raw", "image_color", "image_mono", "image_rect", "image_rect_color", "compressed", "video", "raw"}
@@ -160,7 +160,12 @@ def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str])
         notes.append(f"{asked.source.name}: its poses are numbered as the samples of {sensors[0].channel.topic}")
     notes.extend(f"{asked.source.name}: {note}" for note in asked.notes)
     numbered = sensors[0].times if sensors else []
-    return PoseTrack(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered))
+    try:
+        return PoseTrack(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered))
+    except LogError as error:
+        if (told := found.source.metadata.get("times", "")).startswith(ASSUMED):
+            raise LogError(f"{error}; the log's times are {told}") from error
+        raise
 
 
 def _of_topic(found: Survey, topic: str) -> PoseTrack:

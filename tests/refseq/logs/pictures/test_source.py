@@ -49,12 +49,36 @@ def test_pictures_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
         (["1305031102.175304", "1305031102.21", "1305031102.3"], [1305031102.175304, 1305031102.21, 1305031102.3]),
         (["0000000007", "0000000008", "0000000020"], [0, 1, 2]),
         (["1700000000", "1600000000", "x"], [0, 1, 2]),
+        (["cam_1760000001522", "cam_1760000000001"], [1760000000.001, 1760000001.522]),
+        (["left-1760000000.25-grey", "left-1760000001.5-grey"], [1760000000.25, 1760000001.5]),
+        (["1760000000_901", "1760000001_022", "1760000001_123"], [1760000000.901, 1760000001.022, 1760000001.123]),
+        (["1760000000_001", "1760000000_002", "1760000001_003"], [0, 1, 2]),
+        (["cam0_1760000000001", "cam1_1760000000002"], [0, 1]),
+        (["20260131120000", "20260131120100"], [0, 1]),
     ],
-    ids=["EuRoC", "TUM", "numbers", "no times"],
+    ids=["EuRoC", "TUM", "numbers", "no times", "prefix", "around", "split", "counted", "two cameras", "dates"],
 )  # fmt: skip
 def test_times_by_the_names(tmp_path: Path, stems: list[str], times: list[float]) -> None:
     recording = read_recording(write(tmp_path / "drive", *(f"{stem}.png" for stem in stems)))
     assert [view.time for view in recording.views] == pytest.approx(times, abs=1e-6)
+
+
+def test_a_few_pictures_of_other_names_are_told_and_left_out(tmp_path: Path) -> None:
+    """With more of them nobody knows which are the drive's: one a second is taken, which is told as well."""
+    names = [f"{1_760_000_000_000 + 700 * k}.png" for k in range(20)]
+    folder = write(tmp_path / "drive", *names, "preview.png")
+    recording = read_recording(folder)
+    assert [view.time for view in recording.views] == pytest.approx([1_760_000_000 + 0.7 * k for k in range(20)])
+    assert recording.findings is not None
+    assert recording.findings.notes == ("times are by the pictures' names; left out, as they tell none: preview.png",)
+    write(folder, "a.png", "b.png", "c.png")
+    recording = read_recording(folder)
+    assert [view.time for view in recording.views] == list(range(24))
+    told = "assumed: one picture a second; no time is told by a.png, b.png, c.png, …"
+    assert recording.metadata["times"] == told
+    (tmp_path / "odometry.csv").write_text("time,x,y\n1760000000,0,0\n1760000010,9,0\n")
+    with pytest.raises(LogError, match=f"; the log's times are {told}$"):
+        read_recording(folder, odometry=read_trajectory(tmp_path / "odometry.csv"))
 
 
 def test_colour_is_made_grey_and_links_are_followed(tmp_path: Path) -> None:
