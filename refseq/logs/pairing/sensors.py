@@ -1,6 +1,7 @@
 """Choice of topics: which cameras, which laser, whose odometry and truth, and the names that sensors get."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from refseq.errors import LogError
@@ -50,11 +51,23 @@ def choose(found: Survey, options: PairingOptions) -> Choice:
     notes: list[str] = []
     sensors = _sensors(found, options, notes)
     base = options.base or _base(found)
-    odometry = _odometry(found, options.odometry, base, notes)
-    truth = _truth(found, options.truth, base, notes)
+    late = late_of(found, sensors, options.late)
+    odometry = _odometry(found, options.odometry, base, late, notes)
+    truth = _truth(found, options.truth, base, late, notes)
     if odometry is None and truth is not None:
         notes.append(f"no odometry: motion is taken from the true poses of {truth.origin}")
     return Choice(sensors, odometry, truth, base, tuple(notes))
+
+
+def late_of(found: Survey, sensors: Mapping[str, str], asked: Mapping[str, float]) -> Mapping[str, float]:
+    """Delay: how much later than the odometry's each sensor's stamps are [s], by topic. Raises ``LogError``."""
+    for sensor, seconds in asked.items():
+        if sensor not in {*sensors, *sensors.values()}:
+            valid = ", ".join(sorted(sensors.values()))
+            raise LogError(f"{found.source.path}: late sensor {sensor!r} is not in it; valid are {valid}")
+        if not math.isfinite(seconds):
+            raise LogError(f"{found.source.path}: {sensor} late by {seconds} s is not valid; it should be finite")
+    return {topic: asked.get(topic, asked.get(name, 0.0)) for topic, name in sensors.items()}
 
 
 def _check_topics(found: Survey, options: PairingOptions) -> None:
@@ -130,9 +143,11 @@ def _base(found: Survey) -> str:
     return (children + known + [""])[0]
 
 
-def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> PoseTrack | None:
+def _odometry(
+    found: Survey, asked: GivenPoses, base: str, late: Mapping[str, float], notes: list[str]
+) -> PoseTrack | None:
     if asked is not None:
-        return _given(found, asked, notes)
+        return _given(found, asked, late, notes)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.ODOMETRY)]
     if topics:
         if len(topics) > 1:
@@ -141,25 +156,33 @@ def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> 
     return _from_tree(found, base, (ODOMETRY_FRAME,))
 
 
-def _truth(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> PoseTrack | None:
+def _truth(
+    found: Survey, asked: GivenPoses, base: str, late: Mapping[str, float], notes: list[str]
+) -> PoseTrack | None:
     if asked is not None:
-        return _given(found, asked, notes)
+        return _given(found, asked, late, notes)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.TRUTH)]
     return _of_topic(found, topics[0]) if topics else _from_tree(found, base, MAP_FRAMES)
 
 
-def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str]) -> PoseTrack:
-    """A topic, or poses from elsewhere. Raises ``LogError`` for poses that do not belong to the log's time."""
+def _given(
+    found: Survey, asked: str | Trajectory | PoseTable, late: Mapping[str, float], notes: list[str]
+) -> PoseTrack:
+    """A topic, or poses from elsewhere. Raises ``LogError`` for poses that do not belong to the log's time.
+
+    That time is the sensors' with clocks set right that are ``late`` [s], by topic.
+    """
     if isinstance(asked, str):
         return _of_topic(found, asked)
     if isinstance(asked, Trajectory):
         return PoseTrack("a trajectory given", asked)
     sensors = [*found.of_role(Role.CAMERA), *found.of_role(Role.LASER)]
-    times = [time for stamps in sensors for time in stamps.times] or [0.0]
+    right = [[time - late.get(stamps.channel.topic, 0.0) for time in stamps.times] for stamps in sensors]
+    times = [time for stamps in right for time in stamps] or [0.0]
     if asked.numbered and sensors:
         notes.append(f"{asked.source.name}: its poses are numbered as the samples of {sensors[0].channel.topic}")
     notes.extend(f"{asked.source.name}: {note}" for note in asked.notes)
-    numbered = sensors[0].times if sensors else []
+    numbered = right[0] if right else []
     try:
         return PoseTrack(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered))
     except LogError as error:

@@ -34,8 +34,11 @@ def headings_along(points: NDArray[np.float64], least: float = LEAST_WAY) -> NDA
 def are_degrees(points: NDArray[np.float64], headings: NDArray[np.float64]) -> bool:
     """Tell whether headings (n,) go along the way through points (n, 2) as degrees, and not as radians.
 
-    A sensor may look aside, and the robot drive back: only how steady the angle between both is counts.
+    A sensor may look aside, and the robot drive back: only how steady the angle between both is counts. Headings within
+    one turn [rad] are no degrees: on a straight way any would go along it.
     """
+    if np.ptp(headings) <= 2 * np.pi:
+        return False
     ways = headings_along(points, max(LEAST_WAY, PIECE * float(np.hypot(*np.ptp(points, axis=0)))))
     steps = np.hypot(*np.diff(points, axis=0).T)  # (n - 1,)
     if not np.isfinite(ways).all() or not steps.sum():

@@ -299,3 +299,26 @@ def test_a_way_that_is_assumed_tells_nothing_of_units(tmp_path: Path) -> None:
     found = check_log(picture_folder(tmp_path / "drive", 50.0), DriveSelection())
     assert found.verdicts[0].usability is WORKS
     assert found.warnings == ()
+
+
+def test_a_late_camera_of_a_picture_folder_is_told_and_set_right(tmp_path: Path) -> None:
+    """Its names tell times of one clock, the odometry beside it those of another."""
+    drive, late, folder = Swaying(seconds=20.0), 0.3, tmp_path / "drive"
+    folder.mkdir()
+    walls = cv2.resize(np.random.default_rng(1).random((8, 60)), (600, 48), interpolation=cv2.INTER_CUBIC)
+    for time in drive.start + np.arange(0.0, 20.0, 0.1):
+        left = round(250 - 120 * drive.pose(time).heading)
+        picture = np.clip(200 * walls[:, left : left + 64], 0, 255).astype(np.uint8)
+        cv2.imwrite(str(folder / f"{round(1000 * (time + late))}.png"), picture)
+    poses = [(time, drive.pose(time)) for time in drive.start + np.arange(-2.0, 22.0, 0.05)]
+    table = tmp_path / "odometry.csv"
+    rows = "".join(f"{time:.3f},{pose.x:.4f},{pose.y:.4f},{pose.heading:.5f}\n" for time, pose in poses)
+    table.write_text(f"time,x,y,yaw\n{rows}")
+    found = check_log(folder, DriveSelection(odometry=str(table)))
+    offset = found.offsets["camera-1"]
+    assert offset is not None
+    assert offset.lag == pytest.approx(late, abs=0.05)
+    assert found.selection.late == f"camera-1={offset.lag:.2f}"
+    assert any(f"--late {found.selection.late} sets them right" in warning for warning in found.warnings)
+    views = read_drive(folder, found.selection).views
+    assert views[0].time == pytest.approx(drive.start, abs=0.05)

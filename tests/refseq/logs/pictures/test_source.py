@@ -10,6 +10,7 @@ import pytest
 from refseq.errors import LogError
 from refseq.logs import read_recording
 from refseq.logs.kinds import open_log
+from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.plan import plan_views
 from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.trajectories import read_trajectory
@@ -111,6 +112,27 @@ def test_odometry_and_truth_beside_pictures(tmp_path: Path) -> None:
     assert [view.truth.x for view in recording.views if view.truth] == pytest.approx([0, 1, 2], abs=1e-4)
     assert recording.findings is not None
     assert "odometry.csv: its poses are numbered as the samples of /camera-1" in recording.findings.notes
+
+
+@pytest.mark.parametrize("late", [0.75, -3600.0, 7200.0])
+def test_a_late_camera_takes_odometry_and_truth_of_its_own_time(tmp_path: Path, late: float) -> None:
+    """Where its clock is off by hours as well; views have the odometry's time."""
+    folder = write(tmp_path / "drive", *(f"{1_760_000_000_000 + round(1000 * (k + late))}.png" for k in range(5)))
+    rows = "".join(f"{1_760_000_000 + k},{k * k},0\n" for k in range(-2, 8))
+    (tmp_path / "poses.csv").write_text(f"time,x,y\n{rows}")
+    table = read_trajectory(tmp_path / "poses.csv")
+    options = PairingOptions(odometry=table, truth=table, late={"camera-1": late})
+    views = read_recording(folder, options).views
+    assert [view.time for view in views] == pytest.approx([1_760_000_000 + k for k in range(5)])
+    assert [view.distance for view in views] == pytest.approx([0, 1, 3, 5, 7], abs=1e-4)
+    assert [view.truth.x for view in views if view.truth] == pytest.approx([0, 1, 4, 9, 16], abs=1e-4)
+
+
+def test_a_late_camera_without_odometry_from_elsewhere_is_refused(tmp_path: Path) -> None:
+    folder = write(tmp_path / "drive", "1.png", "2.png")
+    told = "valid is a late sensor that is the only one, where odometry is given from elsewhere"
+    with pytest.raises(LogError, match=told):
+        read_recording(folder, PairingOptions(late={"camera-1": 3.0}))
 
 
 def test_every_tenth_picture_alone_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -272,8 +272,10 @@ def test_headings_in_the_unit_that_is_taken_are_read(tmp_path: Path, unit: float
 
 
 def test_a_way_that_tells_no_unit_is_read(tmp_path: Path) -> None:
-    """Straight ahead both units say the same, and a robot that stands goes along nothing."""
+    """Straight ahead both units say the same, and a robot that stands, or looks from side to side, along nothing."""
     path = tmp_path / "odometry.csv"
+    path.write_text("\n".join(["time,x,y,yaw", *(f"{k},{k},0,{3 * (-1) ** k}" for k in range(20))]))
+    assert len(read_trajectory(path)) == 20
     for rows in (["0,0,0,90", "1,0,9,90", "2,0,30,90"], ["0,0,0,90", "1,0,0,80"]):
         path.write_text("\n".join(["time,x,y,yaw", *rows]))
         assert read_trajectory(path).poses[0, 2] == 90
