@@ -21,6 +21,7 @@ from refseq.logs.trajectories.columns import (
     SECONDS,
     Q,
     TrajectoryColumns,
+    lacking,
     named_columns,
     shaped_columns,
 )
@@ -139,6 +140,8 @@ def _columns(path: Path, header: Sequence[str], rows: Sequence[_TrajectoryRow], 
         return named
     whole = all(re.fullmatch(r"\d+(\.0*)?", row.fields[0]) for row in rows)
     shaped = shaped_columns(count, rows[0].value(0), whole, commas)
+    if isinstance(shaped, str) and header:
+        raise LogError(f"{path}: {lacking(header)}; valid are TUM, KITTI, EuRoC, or a header as {HEADERS}")
     if isinstance(shaped, str):
         raise LogError(
             f"{path}: rows of {count} numbers are no trajectory without a header that names them: {shaped}; valid are "
@@ -273,14 +276,19 @@ def _rising(found: PoseTable, rows: Sequence[_TrajectoryRow]) -> PoseTable:
     if (back := np.flatnonzero(steps < 0)).size:
         at = int(back[0])
         raise rows[at + 1].error(
-            f"{what} {found.keys[at + 1]:.9g} is before that of the row above, {found.keys[at]:.9g}; valid are {what}s "
-            "that rise"
+            f"{what} {_written(found.keys[at + 1])} is before that of the row above, {_written(found.keys[at])}; valid "
+            f"are {what}s that rise"
         )
     kept = np.concatenate([[True], steps > 0])
     if kept.all():
         return found
     notes = (*found.notes, f"{int((~kept).sum())} rows of the same {what} as the one above are left out")
     return replace(found, keys=found.keys[kept], poses=found.poses[kept], notes=notes)
+
+
+def _written(key: float) -> str:
+    """A time or number with all digits that tell it from the next one, also of one since 1970."""
+    return f"{key:.6f}".rstrip("0").rstrip(".")
 
 
 def _with_times(found: PoseTable, path: Path) -> PoseTable:
@@ -292,7 +300,9 @@ def _with_times(found: PoseTable, path: Path) -> PoseTable:
         raise LogError(f"{path}: holds {len(rows)} times for {int(found.keys[-1]) + 1} poses; valid is one for each")
     stamps, notes = _in_seconds(np.array([row.value(0) for row in rows]), "")
     if (back := np.flatnonzero(np.diff(stamps) <= 0)).size:
-        raise rows[int(back[0]) + 1].error(f"time {stamps[back[0] + 1]:.9g} does not rise; valid are times that rise")
+        raise rows[int(back[0]) + 1].error(
+            f"time {_written(stamps[back[0] + 1])} does not rise; valid are times that rise"
+        )
     if found.form is TrajectoryFormat.KITTI and len(stamps) != len(found):
         raise LogError(f"{path}: holds {len(stamps)} times for {len(found)} poses; valid is one for each")
     keys = stamps[found.keys.astype(np.intp)]

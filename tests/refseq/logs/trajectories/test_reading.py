@@ -197,6 +197,13 @@ def test_what_is_written_is_read_again(way: list[tuple[float, float, float]], fo
         ("0,5 1,5 2,5 0,1\n", "line 1: '0,5' has a decimal comma"),
         ("time|x|y\n0|1|2\n", r"holds no pose; valid .* with commas, semicolons, tabs or spaces between"),
         ("0.5;1;2;3;0;0;0;1\n", "rows of 8 numbers .*: the quaternion may begin with w or end with it"),
+        ("time,x,y\n1760000000.25,0,0\n1760000000.2,1,0\n", "line 3: time 1760000000.2 is .*, 1760000000.25; valid"),
+        (
+            "Zeitstempel_ms;Pos X [mm];Pos Y [mm];Kurs\n1;0;0;0\n",
+            r"its header names no time or index; not known are 'Zeitstempel_ms', 'Kurs'; valid are TUM",
+        ),
+        ("time;Ost;Nord\n1;0;0\n", r"its header names no x and y; not known are 'Ost', 'Nord'; valid are TUM"),
+        ("x;y;z\n1;0;0\n", r"its header names no time or index; valid are TUM"),
         ("1.5 \0", "line 1: is no text of a trajectory; valid are lines of numbers"),
     ],
 )  # fmt: skip
