@@ -269,6 +269,7 @@ def _left_out(plan: "ViewPlan") -> "Iterator[str]":
     moments = found.views + found.without_odometry
     if found.without_odometry > MUCH * moments:
         yield f"{found.without_odometry} of {moments} moments have no odometry, and are no views"
+    yield from (note for note in found.notes if note.startswith("times are"))
     yield from found.losses()
     for topic, sensor in found.sensors.items():
         if (plan.moments.samples[topic] == NONE).all() and not found.damaged.get(sensor):

@@ -46,11 +46,18 @@ def without_jumps(views: Sequence[View]) -> list[View]:
     return [replace(view, distance=0.0, turn=0.0) if k in jumped else view for k, view in enumerate(views)]
 
 
+def speed_doubt(views: Sequence[View]) -> str:
+    """A sentence for poses that are no robot's in metres; empty for others."""
+    *_, speeds = _steps(views)
+    if 2 * (speeds > FASTEST).sum() <= len(speeds):
+        return ""
+    return f"the robot goes {np.median(speeds):.0f} m/s: are its poses in metres?"
+
+
 def odometry_doubts(views: Sequence[View], start: float) -> Iterator[str]:
     """A sentence for poses that are no robot's in metres, or for those that jump; times from ``start`` [s] on."""
-    *_, speeds = _steps(views)
-    if 2 * (speeds > FASTEST).sum() > len(speeds):
-        yield f"the robot goes {np.median(speeds):.0f} m/s: are its poses in metres?"
+    if doubt := speed_doubt(views):
+        yield doubt
     elif jumps := odometry_jumps(views):
         first = jumps[0]
         more = {1: "", 2: ", and once more"}.get(len(jumps), f", and {len(jumps) - 1} times more")

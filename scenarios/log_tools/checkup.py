@@ -15,7 +15,7 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection, truth_delay
-from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, without_jumps
+from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, speed_doubt, without_jumps
 from refseq_bench.scenarios.drives.truth.fit import truth_doubt
 from refseq_bench.scenarios.drives.truth.repeated import repeats_odometry
 from refseq_bench.scenarios.errors import ScenarioError
@@ -25,6 +25,7 @@ from refseq_bench.scenarios.log_tools.cost import TIMED, ExpectedCost, expected_
 from refseq_bench.scenarios.log_tools.survey import (
     LogSurvey,
     TopicSurvey,
+    is_assumed,
     motion_origin,
     pictures_of,
     scan_of,
@@ -103,7 +104,19 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     clocks, late = (clocked.clocks, clocked.found) if clocked else ({}, {})
     doubts = _doubts(plan, selection)
     prospect = Prospect(
-        path, selection, plan, refusal, views, driven, places, same, troubles, jumps, late, truth_doubted=bool(doubts)
+        path,
+        selection,
+        plan,
+        refusal,
+        views,
+        driven,
+        places,
+        same,
+        troubles,
+        jumps,
+        late,
+        truth_doubted=bool(doubts),
+        units=_units(plan),
     )
     return LogCheckup(
         survey=found,
@@ -142,6 +155,11 @@ def _doubts(plan: ViewPlan | None, selection: DriveSelection) -> tuple[str, ...]
     if doubt and doubt.refused and selection.truth:
         raise ScenarioError(doubt.told)
     return (doubt.told,) if doubt else ()
+
+
+def _units(plan: ViewPlan | None) -> str:
+    """The doubt that odometry is in metres; empty without one."""
+    return "" if plan is None or is_assumed(plan) else speed_doubt(plan.views)
 
 
 def _spacing(plan: ViewPlan) -> float:

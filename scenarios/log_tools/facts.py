@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from refseq.view import ASSUMED
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
 from refseq_bench.scenarios.report.words import duration_text, size_text
 from refseq_bench.scenarios.tables import plural
@@ -108,6 +109,8 @@ def _views(checkup: "LogCheckup") -> str:
         whole += f" at the times of {plan.findings.leading}, others within {1000 * plan.findings.tolerance:.0f} ms"
     if checkup.selection.late:
         whole += f", with --late {checkup.selection.late}"
+    if (times := checkup.survey.source.metadata.get("times", "")).startswith(ASSUMED):
+        whole += f", times {times}"
     return f"{whole}; {checkup.views} of them with --thin {thin:g}" if thin else whole
 
 

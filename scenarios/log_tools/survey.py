@@ -3,15 +3,18 @@
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
-from typing import TypeGuard
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
 from refseq.logs.decoding.picture import LazyPicture, damage
 from refseq.logs.findings import Findings
 from refseq.logs.source import Channel, Content, LogSource, Role, Sample
-from refseq.view import Scan
+from refseq.view import ASSUMED, Scan
 from refseq_bench.scenarios.log_tools.timing import Timing, TopicClock
+
+if TYPE_CHECKING:  # a list of topics plans no views
+    from refseq.logs.pairing.plan import ViewPlan
 
 KEPT = 8
 """Most samples that are kept of a camera or laser, spread over the log."""
@@ -152,6 +155,12 @@ def survey(source: LogSource, topics: Collection[str] | None = None) -> LogSurve
 def motion_origin(findings: Findings) -> str:
     """Origin of the views' motion: the odometry, the truth where there is none, empty without both."""
     return findings.odometry or findings.truth
+
+
+def is_assumed(plan: "ViewPlan") -> bool:
+    """Tell whether the views' motion is assumed, as that from picture to picture: it tells nothing of units."""
+    of_log = plan.findings.odometry.startswith("topic ")
+    return of_log and plan.source.metadata.get("odometry", "").startswith(ASSUMED)
 
 
 def topic_of(origin: str) -> str:

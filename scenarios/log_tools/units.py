@@ -7,7 +7,7 @@ import numpy as np
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.view import LASER
 from refseq_bench.scenarios.drives.odometry_doubts import odometry_doubts
-from refseq_bench.scenarios.log_tools.survey import LogSurvey, motion_origin, scans_of
+from refseq_bench.scenarios.log_tools.survey import LogSurvey, is_assumed, motion_origin, scans_of
 
 FARTHEST = 250.0
 """No laser has half of its ranges beyond [m]."""
@@ -15,7 +15,8 @@ FARTHEST = 250.0
 
 def unit_doubts(found: LogSurvey, plan: ViewPlan) -> Iterator[str]:
     """A sentence for what is as long as nothing is."""
-    if motion := motion_origin(plan.findings):
+    motion = motion_origin(plan.findings)
+    if motion and not is_assumed(plan):
         yield from (f"{motion}: {told}" for told in odometry_doubts(plan.views, found.start))
     for topic in found.topics:
         scans = scans_of(topic) if plan.findings.sensors.get(topic.name) == LASER else []

@@ -64,7 +64,7 @@ class Prospect:
     are not known. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
     of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry. ``late`` sensors, by
     name, have clocks that ``selection`` sets right by so much [s]. ``truth_doubted``: something speaks against the true
-    poses, as the warnings tell.
+    poses, as the warnings tell. ``units`` is the doubt that odometry is in metres.
     """
 
     path: Path
@@ -79,6 +79,7 @@ class Prospect:
     jumps: Sequence[OdometryJump] = ()
     late: Mapping[str, float] = field(default_factory=dict)
     truth_doubted: bool = False
+    units: str = ""
 
     @property
     def well(self) -> tuple[str, ...]:
@@ -119,6 +120,8 @@ def _learn(of: Prospect) -> LogVerdict:
     if not motion_origin(of.plan.findings):
         reason = "no odometry: give it as a trajectory (TUM, KITTI or EuRoC)"
         return LogVerdict("learn", Usability.FAILS, reason, _commands(of, "check", more="--odometry FILE"))
+    if of.units:
+        return LogVerdict("learn", Usability.FAILS, _units(of))
     if of.length < SHORT:
         return LogVerdict("learn", Usability.FAILS, _hardly_moves(of, of.plan))
     if of.troubles and not of.well:
@@ -140,6 +143,8 @@ def _localise(of: Prospect) -> LogVerdict:
     if not motion_origin(of.plan.findings):
         reason = "no odometry: each view is judged by itself (stage uniform), in a map of another log"
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "alone"))
+    if of.units:
+        return LogVerdict("localise", Usability.FAILS, _units(of))
     if of.troubles and not of.well:
         return LogVerdict("localise", Usability.FAILS, of.trouble)
     if of.length < SHORT:
@@ -153,6 +158,10 @@ def _localise(of: Prospect) -> LogVerdict:
         return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split.cut))
     reason = "in a map of another drive along the same path"
     return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+
+
+def _units(of: Prospect) -> str:
+    return f"{of.units} A table names another unit in its header: x [mm]" if of.selection.odometry else of.units
 
 
 def _longest(plan: ViewPlan, jumps: Sequence[OdometryJump]) -> str:

@@ -164,9 +164,15 @@ def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
         planned.without_odometry,
         sum(one.truth is None for one in planned.data),
         {choice.sensors[topic]: found.stamps[topic].whole - count for topic, count in taken.items()},
-        (*found.notes, *choice.notes),
+        (*found.notes, *_of_names(found.source), *choice.notes),
         {sensor: found.stamps[topic].lost_at() for topic, sensor in choice.sensors.items()},
     )
+
+
+def _of_names(source: LogSource) -> Iterator[str]:
+    """A note on pictures whose names tell no time, where those of others do."""
+    if "; " in (times := source.metadata.get("times", "")):
+        yield f"times are {times}"
 
 
 def _filled(plan: ViewPlan) -> Iterator[View]:

@@ -12,7 +12,7 @@ from refseq.dead_reckoning import way_along
 from refseq.errors import LogError
 from refseq.logs.pairing.moments import NONE, Moments, default_tolerance, numbered, paired, period, sample_of, slowest
 from refseq.logs.pairing.options import PairingOptions
-from refseq.logs.pairing.sensors import Choice, PoseTrack
+from refseq.logs.pairing.sensors import Choice, PoseTrack, late_of
 from refseq.logs.pairing.survey import Survey
 from refseq.logs.recording import TimedData, views_of
 from refseq.logs.source import Role
@@ -63,17 +63,20 @@ def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
     """Find the moments at which there is a view. Raises ``LogError`` for options that do not fit the log."""
     if not found.source.has_moments:
         return _by_time(found, choice, options)
-    if set(options.late) - {Role.TRUTH}:
+    motion = choice.odometry or choice.truth
+    if set(options.late) - {Role.TRUTH} and (len(choice.sensors) > 1 or motion is None or motion.topic):
         raise LogError(
-            f"{found.source.path}: tells itself what belongs to one view; valid are no late sensors, but a late truth"
+            f"{found.source.path}: tells itself what belongs to one view; valid is a late sensor that is the only one, "
+            "where odometry is given from elsewhere, or a late truth"
         )
-    return _by_number(found, choice)
+    return _by_number(found, choice, options)
 
 
-def _by_number(found: Survey, choice: Choice) -> Schedule:
+def _by_number(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
     """The moments that the log knows; a pose is that of its own moment. Without odometry it is the true one."""
+    late = late_of(found, choice.sensors, options.late)
     ids = {topic: found.stamps[topic].moments for topic in choice.sensors}
-    times = {topic: found.stamps[topic].times for topic in choice.sensors}
+    times = {topic: [time - late[topic] for time in found.stamps[topic].times] for topic in choice.sensors}
     moments = numbered(ids, times)
     odometry = _of_moments(found, moments, choice.odometry)
     truth = _of_moments(found, moments, choice.truth)
@@ -96,7 +99,7 @@ def _of_moments(found: Survey, moments: Moments, track: PoseTrack | None) -> lis
 
 def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
     """Moments of the leading sensor; odometry and truth are interpolated at their times."""
-    late = _late(found, choice, options.late)
+    late = late_of(found, choice.sensors, options.late)
     stamps = {topic: np.array(found.stamps[topic].times) - late[topic] for topic in choice.sensors}
     if options.tolerance is not None and not 0 <= options.tolerance < math.inf:
         raise LogError(
@@ -120,15 +123,6 @@ def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
     truth = _at(choice.truth, moments.times, tolerance)
     told = _behaviours(found, moments.times)
     return Schedule(moments, _data(moments, poses, truth, told), leading, tolerance, int((~reached).sum()))
-
-
-def _late(found: Survey, choice: Choice, asked: Mapping[str, float]) -> Mapping[str, float]:
-    """Delay: how much later than the odometry's each sensor's stamps are [s], by topic; the truth's is at its track."""
-    for sensor in asked:
-        if sensor not in {*choice.sensors, *choice.sensors.values(), Role.TRUTH}:
-            valid = ", ".join((*sorted(choice.sensors.values()), Role.TRUTH))
-            raise LogError(f"{found.source.path}: late sensor {sensor!r} is not in it; valid are {valid}")
-    return {topic: asked.get(topic, asked.get(name, 0.0)) for topic, name in choice.sensors.items()}
 
 
 def _span(times: NDArray[np.float64]) -> str:

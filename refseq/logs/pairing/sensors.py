@@ -1,7 +1,7 @@
 """Choice of topics: which cameras, which laser, whose odometry and truth, and the names that sensors get."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from refseq.errors import LogError
@@ -10,7 +10,7 @@ from refseq.logs.pairing.survey import Survey, TopicStamps
 from refseq.logs.source import Role
 from refseq.logs.trajectories.table import PoseTable
 from refseq.logs.trajectory import Trajectory
-from refseq.view import LASER
+from refseq.view import ASSUMED, LASER
 
 TAILS = frozenset(
     {"image", "image_raw", "image_color", "image_mono", "image_rect", "image_rect_color", "compressed", "video", "raw"}
@@ -55,13 +55,28 @@ def choose(found: Survey, options: PairingOptions) -> Choice:
     notes: list[str] = []
     sensors = _sensors(found, options, notes)
     base = options.base or _base(found)
-    odometry = _odometry(found, options.odometry, base, notes)
-    truth = _truth(found, options, base, notes)
+    late = late_of(found, sensors, options.late)
+    odometry = _odometry(found, options.odometry, base, late, notes)
+    truth = _truth(found, options, base, late, notes)
     if truth is None and Role.TRUTH in options.late:
         raise LogError(f"{found.source.path}: has no true poses to be late; valid is a truth from elsewhere beside it")
     if odometry is None and truth is not None:
         notes.append(f"no odometry: motion is taken from the true poses of {truth.origin}")
     return Choice(sensors, odometry, truth, base, tuple(notes))
+
+
+def late_of(found: Survey, sensors: Mapping[str, str], asked: Mapping[str, float]) -> Mapping[str, float]:
+    """Delay: how much later than the odometry's each sensor's stamps are [s], by topic; the truth's is at its track.
+
+    Raises ``LogError`` for what is not in the log, and for no number.
+    """
+    for sensor, seconds in asked.items():
+        if sensor not in {*sensors, *sensors.values(), Role.TRUTH}:
+            valid = ", ".join((*sorted(sensors.values()), Role.TRUTH))
+            raise LogError(f"{found.source.path}: late sensor {sensor!r} is not in it; valid are {valid}")
+        if not math.isfinite(seconds):
+            raise LogError(f"{found.source.path}: {sensor} late by {seconds} s is not valid; it should be finite")
+    return {topic: asked.get(topic, asked.get(name, 0.0)) for topic, name in sensors.items()}
 
 
 def _check_topics(found: Survey, options: PairingOptions) -> None:
@@ -143,9 +158,11 @@ def _base(found: Survey) -> str:
     return (children + known + [""])[0]
 
 
-def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> PoseTrack | None:
+def _odometry(
+    found: Survey, asked: GivenPoses, base: str, late: Mapping[str, float], notes: list[str]
+) -> PoseTrack | None:
     if asked is not None:
-        return _given(found, asked, notes)
+        return _given(found, asked, late, notes)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.ODOMETRY)]
     if topics:
         if len(topics) > 1:
@@ -154,30 +171,46 @@ def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> 
     return _from_tree(found, base, (ODOMETRY_FRAME,))
 
 
-def _truth(found: Survey, options: PairingOptions, base: str, notes: list[str]) -> PoseTrack | None:
-    late = options.late.get(Role.TRUTH, 0.0)
+def _truth(
+    found: Survey, options: PairingOptions, base: str, late: Mapping[str, float], notes: list[str]
+) -> PoseTrack | None:
+    own = options.late.get(Role.TRUTH, 0.0)
     if options.truth is not None:
-        return _given(found, options.truth, notes, late)
+        return _given(found, options.truth, late, notes, own)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.TRUTH)]
-    return _of_topic(found, topics[0], late) if topics else _from_tree(found, base, MAP_FRAMES, late)
+    return _of_topic(found, topics[0], own) if topics else _from_tree(found, base, MAP_FRAMES, own)
 
 
-def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str], late: float = 0.0) -> PoseTrack:
-    """A topic, or poses from elsewhere, set back by what they are ``late`` [s].
+def _given(
+    found: Survey,
+    asked: str | Trajectory | PoseTable,
+    late: Mapping[str, float],
+    notes: list[str],
+    own: float = 0.0,
+) -> PoseTrack:
+    """A topic, or poses from elsewhere, set back by what their ``own`` clock is late [s].
 
-    Raises ``LogError`` for poses that do not belong to the log's time.
+    Raises ``LogError`` for poses that do not belong to the log's time: that is the sensors', with clocks set right that
+    are ``late`` [s], by topic.
     """
     if isinstance(asked, str):
-        return _of_topic(found, asked, late)
+        return _of_topic(found, asked, own)
     if isinstance(asked, Trajectory):
-        return PoseTrack("a trajectory given", asked.earlier(late))
+        return PoseTrack("a trajectory given", asked.earlier(own))
     sensors = [*found.of_role(Role.CAMERA), *found.of_role(Role.LASER)]
-    times = [time for stamps in sensors for time in stamps.times] or [0.0]
+    right = [[time - late.get(stamps.channel.topic, 0.0) for time in stamps.times] for stamps in sensors]
+    times = [time for stamps in right for time in stamps] or [0.0]
     if asked.numbered and sensors:
         notes.append(f"{asked.source.name}: its poses are numbered as the samples of {sensors[0].channel.topic}")
     notes.extend(f"{asked.source.name}: {note}" for note in asked.notes)
-    numbered = sensors[0].times if sensors else []
-    return PoseTrack(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered, late))
+    numbered = right[0] if right else []
+    try:
+        poses = asked.within(min(times), max(times), found.source.path, numbered, own)
+    except LogError as error:
+        if (told := found.source.metadata.get("times", "")).startswith(ASSUMED):
+            raise LogError(f"{error}; the log's times are {told}") from error
+        raise
+    return PoseTrack(str(asked.source), poses)
 
 
 def _of_topic(found: Survey, topic: str, late: float = 0.0) -> PoseTrack:

@@ -23,6 +23,9 @@ from refseq.view import ASSUMED
 
 CAMERA_TOPIC, ASSUMED_TOPIC = "/camera-1", "/assumed-odometry"
 
+MOST_NAMED = 3
+"""So many pictures are named in a note."""
+
 WIDTH = 640
 """Pictures are made so many pixels wide, at which features are sought: smaller ones show few, larger ones take long."""
 
@@ -107,7 +110,8 @@ class PictureFolder:
     """The pictures of a folder in the natural order of their names, each a moment of its own.
 
     There is no odometry: each picture is taken as ``spacing`` [m] on from the last, and ``metadata`` say so. ``times``
-    [s] are those in the names (EuRoC, TUM), or else there is one picture a second. ``width`` [pixels] is that of all
+    [s] are those in the names (EuRoC, TUM), which pictures of other names are left out for where they are few, or else
+    there is one picture a second. ``width`` [pixels] is that of all
     views. Raises ``LogError`` without a picture.
     """
 
@@ -121,10 +125,10 @@ class PictureFolder:
         self._spacing, self._width = spacing, width
         entries = [file for file in islice(path.iterdir(), FILES + 1) if not (file.name[0] == "." or file.is_dir())]
         FILES.check(len(entries), f"{path}: has")
-        self.files, stamps = in_order([file for file in entries if file.suffix.lower() in PICTURES])
+        self._ordered = in_order([file for file in entries if file.suffix.lower() in PICTURES])
+        self.files, stamps = self._ordered.files, self._ordered.times
         if not self.files:
             raise LogError(f"{path}: holds no picture; valid are {', '.join(PICTURES)}")
-        self._stamped = stamps is not None
         self.times = np.arange(len(self.files), dtype=np.float64) if stamps is None else stamps
         self._others = Counter(
             file.suffix.lower() or file.name for file in entries if file.suffix.lower() not in PICTURES
@@ -157,11 +161,19 @@ class PictureFolder:
         notes = {
             "world": f"{self.path.absolute().parent.name}/{self.path.absolute().name}",
             "odometry": f"{ASSUMED}: {self._spacing:g} m a picture",
-            "times": "by the pictures' names" if self._stamped else f"{ASSUMED}: one picture a second",
+            "times": self._times_by(),
         }
         if self._width not in (0, width):
             notes["images"] = f"{width} × {height} pixels, made {self._width} wide"
         return notes
+
+    def _times_by(self) -> str:
+        """Origin of the times; behind a semicolon the names that are unlike the others."""
+        without = self._ordered.without
+        names = ", ".join(file.name for file in without[:MOST_NAMED]) + (", …" if len(without) > MOST_NAMED else "")
+        if self._ordered.times is not None:
+            return "by the pictures' names" + (f"; left out, as they tell none: {names}" if without else "")
+        return f"{ASSUMED}: one picture a second" + (f"; no time is told by {names}" if without else "")
 
     @property
     def skipped(self) -> Mapping[str, int]:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
@@ -119,9 +119,22 @@ RADIANS: Mapping[str, float] = MappingProxyType(
 
 
 def _suffices(places: Mapping[Quantity, int]) -> bool:
-    keyed = Q.TIME in places or Q.NUMBER in places
-    placed = {Q.X, Q.Y} <= set(places) or {Q.LATITUDE, Q.LONGITUDE} <= set(places)
-    return keyed and placed
+    return not _missing(places)
+
+
+def _missing(quantities: Collection[Quantity]) -> str:
+    """Quantities that a trajectory has and these are not; empty where they suffice."""
+    keyed = Q.TIME in quantities or Q.NUMBER in quantities
+    placed = {Q.X, Q.Y} <= set(quantities) or {Q.LATITUDE, Q.LONGITUDE} <= set(quantities)
+    return " and ".join((() if keyed else ("time or index",)) + (() if placed else ("x and y",)))
+
+
+def lacking(header: Sequence[str]) -> str:
+    """Reason why a header's words make no trajectory: what no column is, and the columns that are not known."""
+    meanings = {text: _meaning(text)[0] for text in header}
+    unknown = ", ".join(f"{text!r:.40}" for text, quantity in meanings.items() if quantity is None)
+    told = f"; not known are {unknown}" if unknown else ""
+    return f"its header names no {_missing([one for one in meanings.values() if one])}{told}"
 
 
 def shaped_columns(count: int, first: float, whole: bool, commas: bool) -> TrajectoryColumns | str:

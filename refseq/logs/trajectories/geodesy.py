@@ -5,8 +5,6 @@ from numpy.typing import NDArray
 
 WGS84_A, WGS84_F = 6378137.0, 1 / 298.257223563
 SCALE, FALSE_EASTING = 0.9996, 500000.0
-LEAST_WAY = 0.5
-"""Way over which a direction is told [m]: over less, a receiver's jitter turns a standing robot about."""
 
 
 def zone_of(longitude: float) -> int:
@@ -31,21 +29,3 @@ def utm(latitudes: NDArray[np.float64], longitudes: NDArray[np.float64], zone: i
     east = eta + sum(factor * np.cos(j * xi) * np.sinh(j * eta) for j, factor in waves)
     north = xi + sum(factor * np.sin(j * xi) * np.cosh(j * eta) for j, factor in waves)
     return np.stack([FALSE_EASTING + SCALE * a * east, SCALE * a * north], axis=-1)
-
-
-def headings_along(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Direction of travel at each of some points (n, 2) [m], (n,) [rad]; where the robot stands, as before.
-
-    A direction is told over at least ``LEAST_WAY``. Nan where the robot never goes so far.
-    """
-    headings = np.full(len(points), np.nan)
-    begin = 0
-    for number in range(1, len(points)):
-        step = points[number] - points[begin]
-        if np.hypot(*step) >= LEAST_WAY:
-            headings[begin:number] = np.arctan2(step[1], step[0])
-            begin = number
-    known = np.flatnonzero(np.isfinite(headings))
-    if len(known):
-        headings[known[-1] :] = headings[known[-1]]
-    return headings

@@ -21,11 +21,13 @@ from refseq.logs.trajectories.columns import (
     SECONDS,
     Q,
     TrajectoryColumns,
+    lacking,
     named_columns,
     shaped_columns,
 )
 from refseq.logs.trajectories.fields import decimal_comma, fields_of, is_separated, names_of
-from refseq.logs.trajectories.geodesy import headings_along, utm, zone_of
+from refseq.logs.trajectories.geodesy import utm, zone_of
+from refseq.logs.trajectories.headings import are_degrees, headings_along
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
 from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
 
@@ -138,6 +140,8 @@ def _columns(path: Path, header: Sequence[str], rows: Sequence[_TrajectoryRow], 
         return named
     whole = all(re.fullmatch(r"\d+(\.0*)?", row.fields[0]) for row in rows)
     shaped = shaped_columns(count, rows[0].value(0), whole, commas)
+    if isinstance(shaped, str) and header:
+        raise LogError(f"{path}: {lacking(header)}; valid are TUM, KITTI, EuRoC, or a header as {HEADERS}")
     if isinstance(shaped, str):
         raise LogError(
             f"{path}: rows of {count} numbers are no trajectory without a header that names them: {shaped}; valid are "
@@ -161,8 +165,19 @@ def _poses(rows: Sequence[_TrajectoryRow], columns: TrajectoryColumns) -> tuple[
         rotations = rotations_of(_unit(rows, quaternions))
         return in_plane(np.column_stack([points, table.get(Q.Z, 0 * table[Q.X])]), rotations), tuple(unknown)
     if Q.HEADING in table:
+        if columns.units.get(Q.HEADING, "") not in RADIANS:
+            _check_radians(rows[0].path, points, table[Q.HEADING])
         return np.column_stack([points, table[Q.HEADING]]), tuple(unknown)
     return _headed(rows[0].path, points), (*unknown, "headings are those of the way driven")
+
+
+def _check_radians(path: Path, points: NDArray[np.float64], headings: NDArray[np.float64]) -> None:
+    """Raise ``LogError`` for headings of no known unit that are degrees, by the way driven."""
+    if are_degrees(points, headings):
+        raise LogError(
+            f"{path}: its headings, up to {np.abs(headings).max():g}, go along its way as degrees and not as radians; "
+            "valid is a header that names their unit: time,x,y,heading [deg], or heading [rad]"
+        )
 
 
 def _unknown(quantity: Q, unit: str, taken: str) -> str:
@@ -261,14 +276,19 @@ def _rising(found: PoseTable, rows: Sequence[_TrajectoryRow]) -> PoseTable:
     if (back := np.flatnonzero(steps < 0)).size:
         at = int(back[0])
         raise rows[at + 1].error(
-            f"{what} {found.keys[at + 1]:.9g} is before that of the row above, {found.keys[at]:.9g}; valid are {what}s "
-            "that rise"
+            f"{what} {_written(found.keys[at + 1])} is before that of the row above, {_written(found.keys[at])}; valid "
+            f"are {what}s that rise"
         )
     kept = np.concatenate([[True], steps > 0])
     if kept.all():
         return found
     notes = (*found.notes, f"{int((~kept).sum())} rows of the same {what} as the one above are left out")
     return replace(found, keys=found.keys[kept], poses=found.poses[kept], notes=notes)
+
+
+def _written(key: float) -> str:
+    """A time or number with all digits that tell it from the next one, also of one since 1970."""
+    return f"{key:.6f}".rstrip("0").rstrip(".")
 
 
 def _with_times(found: PoseTable, path: Path) -> PoseTable:
@@ -280,7 +300,9 @@ def _with_times(found: PoseTable, path: Path) -> PoseTable:
         raise LogError(f"{path}: holds {len(rows)} times for {int(found.keys[-1]) + 1} poses; valid is one for each")
     stamps, notes = _in_seconds(np.array([row.value(0) for row in rows]), "")
     if (back := np.flatnonzero(np.diff(stamps) <= 0)).size:
-        raise rows[int(back[0]) + 1].error(f"time {stamps[back[0] + 1]:.9g} does not rise; valid are times that rise")
+        raise rows[int(back[0]) + 1].error(
+            f"time {_written(stamps[back[0] + 1])} does not rise; valid are times that rise"
+        )
     if found.form is TrajectoryFormat.KITTI and len(stamps) != len(found):
         raise LogError(f"{path}: holds {len(stamps)} times for {len(found)} poses; valid is one for each")
     keys = stamps[found.keys.astype(np.intp)]

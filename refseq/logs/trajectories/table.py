@@ -75,5 +75,5 @@ class PoseTable:
             return timed
         raise LogError(
             f"{self.source}: runs from {timed.times[0]:.3f} to {timed.times[-1]:.3f} s, {log} from {begin:.3f} to "
-            f"{end:.3f} s; valid is a trajectory of the same time"
+            f"{end:.3f} s; valid is a trajectory of the same time, or sensors late by what their clock differs"
         )

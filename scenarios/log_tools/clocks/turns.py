@@ -58,7 +58,10 @@ def sensor_offsets(plan: ViewPlan, late: Mapping[str, float]) -> dict[str, Clock
     findings, sensors = plan.findings, plan.findings.sensors
     # Where a clock was set back, views have other times than their samples' stamps.
     set_back = any("jump" in note for note in findings.notes)
-    if not motion_origin(findings) or len(times) < 2 or not findings.leading or set_back:
+    motion = motion_origin(findings)
+    # A log that tells its moments has one clock for all, unless its motion comes from elsewhere.
+    timed = findings.leading or not motion.startswith("topic ")
+    if not motion or len(times) < 2 or not timed or set_back:
         return dict.fromkeys(sensors.values())
     begin = _most_turning(times, turns)
     seen = _samples(plan, {topic: late.get(name, 0.0) for topic, name in sensors.items()}, begin, begin + STRETCH)

@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -269,3 +270,55 @@ def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
     assert len(learn_map(views, sensors=[well])) == len(views) > 8
     with pytest.raises(RefseqError):
         learn_map(read_drive(bag, DriveSelection(thin=0.85)).views)
+
+
+def picture_folder(folder: Path, per_second: float, count: int = 40) -> Path:
+    """A folder of pictures whose names are their times [ms]."""
+    folder.mkdir()
+    picture = np.random.default_rng(1).integers(0, 255, (480, 640), np.uint8)
+    for number in range(count):
+        cv2.imwrite(str(folder / f"{1_760_000_000_000 + round(1000 * number / per_second)}.png"), picture)
+    return folder
+
+
+@pytest.mark.parametrize(("unit", "header"), [(1e-3, "time,x,y"), (1e-2, "time,x,y"), (1e-3, "time,x [furlong],y")])
+def test_odometry_in_other_units_does_not_work(tmp_path: Path, unit: float, header: str) -> None:
+    """Exit code 1: the log cannot be localised as it is told to be read."""
+    folder, table = picture_folder(tmp_path / "drive", 2.0), tmp_path / "odometry.csv"
+    table.write_text("\n".join([header, *(f"{1_760_000_000 + k / 2},{0.4 * k / unit:.1f},0" for k in range(40))]))
+    found = check_log(folder, DriveSelection(odometry=str(table)))
+    doubt = f"the robot goes {0.8 / unit:.0f} m/s: are its poses in metres?"
+    reason = f"{doubt} A table names another unit in its header: x [mm]"
+    assert [(one.usability, one.reason, one.commands) for one in found.verdicts[:2]] == 2 * [(FAILS, reason, ())]
+    assert not found.usable
+    table.write_text(table.read_text().replace(header, {1e-3: "time,x [mm],y [mm]", 1e-2: "time,x [cm],y [cm]"}[unit]))
+    assert check_log(folder, DriveSelection(odometry=str(table))).verdicts[0].usability is WORKS
+
+
+def test_a_way_that_is_assumed_tells_nothing_of_units(tmp_path: Path) -> None:
+    found = check_log(picture_folder(tmp_path / "drive", 50.0), DriveSelection())
+    assert found.verdicts[0].usability is WORKS
+    assert found.warnings == ()
+
+
+def test_a_late_camera_of_a_picture_folder_is_told_and_set_right(tmp_path: Path) -> None:
+    """Its names tell times of one clock, the odometry beside it those of another."""
+    drive, late, folder = Swaying(seconds=20.0), 0.3, tmp_path / "drive"
+    folder.mkdir()
+    walls = cv2.resize(np.random.default_rng(1).random((8, 60)), (600, 48), interpolation=cv2.INTER_CUBIC)
+    for time in drive.start + np.arange(0.0, 20.0, 0.1):
+        left = round(250 - 120 * drive.pose(time).heading)
+        picture = np.clip(200 * walls[:, left : left + 64], 0, 255).astype(np.uint8)
+        cv2.imwrite(str(folder / f"{round(1000 * (time + late))}.png"), picture)
+    poses = [(time, drive.pose(time)) for time in drive.start + np.arange(-2.0, 22.0, 0.05)]
+    table = tmp_path / "odometry.csv"
+    rows = "".join(f"{time:.3f},{pose.x:.4f},{pose.y:.4f},{pose.heading:.5f}\n" for time, pose in poses)
+    table.write_text(f"time,x,y,yaw\n{rows}")
+    found = check_log(folder, DriveSelection(odometry=str(table)))
+    offset = found.offsets["camera-1"]
+    assert offset is not None
+    assert offset.lag == pytest.approx(late, abs=0.05)
+    assert found.selection.late == f"camera-1={offset.lag:.2f}"
+    assert any(f"--late {found.selection.late} sets them right" in warning for warning in found.warnings)
+    views = read_drive(folder, found.selection).views
+    assert views[0].time == pytest.approx(drive.start, abs=0.05)

@@ -34,7 +34,7 @@ def told(
 ) -> list[str]:
     """Warnings about a log of a camera, which leads, a laser and odometry."""
     topics = (topic("/odom"), topic("/camera"), scans or topic("/scan"))
-    source = SimpleNamespace(complete=not damage, damage=damage, skipped=skipped or {})
+    source = SimpleNamespace(complete=not damage, damage=damage, skipped=skipped or {}, metadata={})
     found: Any = SimpleNamespace(source=source, topics=topics, start=0.0, other_times=(), zero=lambda topic: 0.0)
     plain = {
         "sensors": {"/camera": "camera", "/scan": "laser"},
@@ -47,7 +47,7 @@ def told(
         "notes": (),
         "losses": list,
     }
-    plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings), views=views)
+    plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings), views=views, source=source)
     return list(warnings_of(found, plan, {"laser": SensorClock(given, logged, offset), "camera": SensorClock()}))
 
 

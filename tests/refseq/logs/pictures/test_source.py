@@ -10,6 +10,7 @@ import pytest
 from refseq.errors import LogError
 from refseq.logs import read_recording
 from refseq.logs.kinds import open_log
+from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.plan import plan_views
 from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.trajectories import read_trajectory
@@ -49,12 +50,36 @@ def test_pictures_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
         (["1305031102.175304", "1305031102.21", "1305031102.3"], [1305031102.175304, 1305031102.21, 1305031102.3]),
         (["0000000007", "0000000008", "0000000020"], [0, 1, 2]),
         (["1700000000", "1600000000", "x"], [0, 1, 2]),
+        (["cam_1760000001522", "cam_1760000000001"], [1760000000.001, 1760000001.522]),
+        (["left-1760000000.25-grey", "left-1760000001.5-grey"], [1760000000.25, 1760000001.5]),
+        (["1760000000_901", "1760000001_022", "1760000001_123"], [1760000000.901, 1760000001.022, 1760000001.123]),
+        (["1760000000_001", "1760000000_002", "1760000001_003"], [0, 1, 2]),
+        (["cam0_1760000000001", "cam1_1760000000002"], [0, 1]),
+        (["20260131120000", "20260131120100"], [0, 1]),
     ],
-    ids=["EuRoC", "TUM", "numbers", "no times"],
+    ids=["EuRoC", "TUM", "numbers", "no times", "prefix", "around", "split", "counted", "two cameras", "dates"],
 )  # fmt: skip
 def test_times_by_the_names(tmp_path: Path, stems: list[str], times: list[float]) -> None:
     recording = read_recording(write(tmp_path / "drive", *(f"{stem}.png" for stem in stems)))
     assert [view.time for view in recording.views] == pytest.approx(times, abs=1e-6)
+
+
+def test_a_few_pictures_of_other_names_are_told_and_left_out(tmp_path: Path) -> None:
+    """With more of them nobody knows which are the drive's: one a second is taken, which is told as well."""
+    names = [f"{1_760_000_000_000 + 700 * k}.png" for k in range(20)]
+    folder = write(tmp_path / "drive", *names, "preview.png")
+    recording = read_recording(folder)
+    assert [view.time for view in recording.views] == pytest.approx([1_760_000_000 + 0.7 * k for k in range(20)])
+    assert recording.findings is not None
+    assert recording.findings.notes == ("times are by the pictures' names; left out, as they tell none: preview.png",)
+    write(folder, "a.png", "b.png", "c.png")
+    recording = read_recording(folder)
+    assert [view.time for view in recording.views] == list(range(24))
+    told = "assumed: one picture a second; no time is told by a.png, b.png, c.png, …"
+    assert recording.metadata["times"] == told
+    (tmp_path / "odometry.csv").write_text("time,x,y\n1760000000,0,0\n1760000010,9,0\n")
+    with pytest.raises(LogError, match=f"; the log's times are {told}$"):
+        read_recording(folder, odometry=read_trajectory(tmp_path / "odometry.csv"))
 
 
 def test_colour_is_made_grey_and_links_are_followed(tmp_path: Path) -> None:
@@ -87,6 +112,27 @@ def test_odometry_and_truth_beside_pictures(tmp_path: Path) -> None:
     assert [view.truth.x for view in recording.views if view.truth] == pytest.approx([0, 1, 2], abs=1e-4)
     assert recording.findings is not None
     assert "odometry.csv: its poses are numbered as the samples of /camera-1" in recording.findings.notes
+
+
+@pytest.mark.parametrize("late", [0.75, -3600.0, 7200.0])
+def test_a_late_camera_takes_odometry_and_truth_of_its_own_time(tmp_path: Path, late: float) -> None:
+    """Where its clock is off by hours as well; views have the odometry's time."""
+    folder = write(tmp_path / "drive", *(f"{1_760_000_000_000 + round(1000 * (k + late))}.png" for k in range(5)))
+    rows = "".join(f"{1_760_000_000 + k},{k * k},0\n" for k in range(-2, 8))
+    (tmp_path / "poses.csv").write_text(f"time,x,y\n{rows}")
+    table = read_trajectory(tmp_path / "poses.csv")
+    options = PairingOptions(odometry=table, truth=table, late={"camera-1": late})
+    views = read_recording(folder, options).views
+    assert [view.time for view in views] == pytest.approx([1_760_000_000 + k for k in range(5)])
+    assert [view.distance for view in views] == pytest.approx([0, 1, 3, 5, 7], abs=1e-4)
+    assert [view.truth.x for view in views if view.truth] == pytest.approx([0, 1, 4, 9, 16], abs=1e-4)
+
+
+def test_a_late_camera_without_odometry_from_elsewhere_is_refused(tmp_path: Path) -> None:
+    folder = write(tmp_path / "drive", "1.png", "2.png")
+    told = "valid is a late sensor that is the only one, where odometry is given from elsewhere"
+    with pytest.raises(LogError, match=told):
+        read_recording(folder, PairingOptions(late={"camera-1": 3.0}))
 
 
 def test_every_tenth_picture_alone_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -197,6 +197,13 @@ def test_what_is_written_is_read_again(way: list[tuple[float, float, float]], fo
         ("0,5 1,5 2,5 0,1\n", "line 1: '0,5' has a decimal comma"),
         ("time|x|y\n0|1|2\n", r"holds no pose; valid .* with commas, semicolons, tabs or spaces between"),
         ("0.5;1;2;3;0;0;0;1\n", "rows of 8 numbers .*: the quaternion may begin with w or end with it"),
+        ("time,x,y\n1760000000.25,0,0\n1760000000.2,1,0\n", "line 3: time 1760000000.2 is .*, 1760000000.25; valid"),
+        (
+            "Zeitstempel_ms;Pos X [mm];Pos Y [mm];Kurs\n1;0;0;0\n",
+            r"its header names no time or index; not known are 'Zeitstempel_ms', 'Kurs'; valid are TUM",
+        ),
+        ("time;Ost;Nord\n1;0;0\n", r"its header names no x and y; not known are 'Ost', 'Nord'; valid are TUM"),
+        ("x;y;z\n1;0;0\n", r"its header names no time or index; valid are TUM"),
         ("1.5 \0", "line 1: is no text of a trajectory; valid are lines of numbers"),
     ],
 )  # fmt: skip
@@ -235,3 +242,47 @@ def test_a_unit_that_nobody_knows_is_told(tmp_path: Path) -> None:
         "the unit 'furlong' of x is not known: it is taken for m",
         "the unit 'utc' of time is not known: it is taken for s",
     }
+
+
+def about(unit: float, noise: float, header: str) -> str:
+    """A table of a drive around a square of 12 m, whose headings count ``unit`` [rad]."""
+    rng = np.random.default_rng(1)
+    headings = np.repeat([0.0, math.pi / 2, math.pi, -math.pi / 2], 12)
+    points = np.cumsum(np.column_stack([np.cos(headings), np.sin(headings)]), axis=0)
+    told = (headings + rng.normal(0, noise, len(headings))) / unit
+    rows = [f"{k},{x:.3f},{y:.3f},{heading:.5f}" for k, ((x, y), heading) in enumerate(zip(points, told, strict=True))]
+    return "\n".join([header, *rows])
+
+
+@pytest.mark.parametrize("metre", [1, 1000], ids=["metres", "millimetres"])
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+@pytest.mark.parametrize("header", ["time,x,y,yaw", "time,x,y,yaw [Grad]"])
+def test_degrees_without_a_unit_are_refused(tmp_path: Path, metre: float, noise: float, header: str) -> None:
+    """A robot that drives back, or a sensor that looks aside, changes nothing."""
+    path = tmp_path / "odometry.csv"
+    table = np.loadtxt(about(math.radians(1), noise, header).splitlines(), delimiter=",", skiprows=1)
+    for aside in (0.0, 180.0, 90.0):
+        rows = "\n".join(f"{time},{metre * x},{metre * y},{yaw + aside}" for time, x, y, yaw in table)
+        path.write_text(f"{header}\n{rows}\n")
+        with pytest.raises(LogError, match=r"go along its way as degrees and not as radians; valid .*heading \[deg\]"):
+            read_trajectory(path)
+
+
+@pytest.mark.parametrize(
+    ("unit", "header"),
+    [(1.0, "time,x,y,yaw"), (1.0, "time,x,y,yaw [rad]"), (math.radians(1), "time,x,y,yaw [deg]")],
+)
+def test_headings_in_the_unit_that_is_taken_are_read(tmp_path: Path, unit: float, header: str) -> None:
+    path = tmp_path / "odometry.csv"
+    path.write_text(about(unit, 0.3, header))
+    assert np.abs(read_trajectory(path).poses[:, 2]).max() < 5
+
+
+def test_a_way_that_tells_no_unit_is_read(tmp_path: Path) -> None:
+    """Straight ahead both units say the same, and a robot that stands, or looks from side to side, along nothing."""
+    path = tmp_path / "odometry.csv"
+    path.write_text("\n".join(["time,x,y,yaw", *(f"{k},{k},0,{3 * (-1) ** k}" for k in range(20))]))
+    assert len(read_trajectory(path)) == 20
+    for rows in (["0,0,0,90", "1,0,9,90", "2,0,30,90"], ["0,0,0,90", "1,0,0,80"]):
+        path.write_text("\n".join(["time,x,y,yaw", *rows]))
+        assert read_trajectory(path).poses[0, 2] == 90

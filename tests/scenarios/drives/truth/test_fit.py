@@ -144,7 +144,8 @@ LEARN = ("learn", "drive.mcap", "--features", "boundary,sectors", "-o", "map.ref
 def test_it_is_refused_in_one_line(refseq: Refseq, here: Path, wrong: str, command: Sequence[str]) -> None:
     answer = refseq(*command, f"{wrong}.csv")
     assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
-    assert answer.err.startswith(f"error: {wrong}.csv: tells another way: ")
+    told = "its headings, up to 217.224, go along its way as degrees" if wrong == "degrees" else "tells another way: "
+    assert answer.err.startswith(f"error: {wrong}.csv: {told}")
     assert not (here / "map.refseq").exists()
 
 
