@@ -88,4 +88,6 @@ def open_log(path: Path | str) -> LogSource:
         head = file.read(4096)
     if not head.strip():
         raise LogError(f"{path}: is empty; {valid}")
+    if head[4:8] == b"ftyp" or head.startswith((b"\x1aE\xdf\xa3", b"RIFF")):
+        raise LogError(f"{path}: is a video; valid is a folder of its pictures, as ffmpeg -i writes them")
     raise LogError(f"{path}: is neither MCAP (its magic bytes are missing) nor text; {valid}")

@@ -33,6 +33,9 @@ WORTH_SPLITTING = 0.05
 OF_ANOTHER = "; `refseq log check SECOND` tells those of that one"
 """Said where a second log is localised: a clock that was never set begins anew with each drive."""
 
+TRAJECTORIES = "a table with a header as time,x,y,heading [rad], TUM, KITTI or EuRoC"
+"""Files of poses that commands take, the plainest first."""
+
 PROFILE = "best"
 """The profile to learn by: on logs of others it is right more often than the thesis', with any sensors."""
 
@@ -118,7 +121,7 @@ def _learn(of: Prospect) -> LogVerdict:
     if of.plan is None:
         return LogVerdict("learn", Usability.FAILS, of.refusal)
     if not motion_origin(of.plan.findings):
-        reason = "no odometry: give it as a trajectory (TUM, KITTI or EuRoC)"
+        reason = f"no odometry: give it as a trajectory ({TRAJECTORIES})"
         return LogVerdict("learn", Usability.FAILS, reason, _commands(of, "check", more="--odometry FILE"))
     if of.units:
         return LogVerdict("learn", Usability.FAILS, _units(of))
@@ -182,7 +185,7 @@ def _score(of: Prospect) -> LogVerdict:
         return LogVerdict("score", Usability.FAILS, of.refusal)
     findings = of.plan.findings
     if not findings.truth:
-        reason = "no true poses: beliefs and a report without score; give truth as a trajectory (TUM, KITTI or EuRoC)"
+        reason = f"no true poses: beliefs and a report without score; give truth as a trajectory ({TRAJECTORIES})"
         return LogVerdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
     if of.truth_is_odometry:
         reason = (

@@ -222,6 +222,13 @@ def test_pictures_of_another_size_are_counted_before_any_is_decoded(
     assert plan.between(slice(0, 7)).other_sizes() == {}, "those that are not asked for do not matter"
 
 
+@pytest.mark.parametrize("head", [b"\0\0\0\x20ftypisom", b"\x1aE\xdf\xa3", b"RIFF\0\1\2\3AVI "])
+def test_of_a_video_it_is_told_what_to_do(tmp_path: Path, head: bytes) -> None:
+    (tmp_path / "drive.mp4").write_bytes(head + bytes(range(256)))
+    with pytest.raises(LogError, match=r"drive\.mp4: is a video; valid is a folder of its pictures, as ffmpeg -i"):
+        open_log(tmp_path / "drive.mp4")
+
+
 def test_folders_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"is a folder that holds no log; valid are .* a folder of pictures"):
         open_log(tmp_path)
