@@ -96,16 +96,22 @@ def check_output(*paths: Path | None, of: Iterable[Path | None] = ()) -> None:
 
     None: none is asked for, or none is there.
     """
-    sources = [one for one in of if one is not None and one.exists()]
+    check_spared(*paths, of=of)
     for path in filter(None, paths):
-        if path.exists() and (source := next((one for one in sources if one.samefile(path)), None)) is not None:
-            raise ScenarioError(f"{path}: would overwrite {source}; valid is another name")
         if path.exists() and not path.is_file():
             kind = "folder" if path.is_dir() else "device, pipe or socket"
             raise ScenarioError(f"{path}: is a {kind}; valid is the name of a file to write")
         if not path.parent.is_dir():
             raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
         _check_access(path, path.parent)
+
+
+def check_spared(*paths: Path | None, of: Iterable[Path | None]) -> None:
+    """Tell before the work begins that a result would overwrite a file that it is made of, by whatever name."""
+    sources = [one for one in of if one is not None and one.exists()]
+    for path in filter(None, paths):
+        if path.exists() and (source := next((one for one in sources if one.samefile(path)), None)) is not None:
+            raise ScenarioError(f"{path}: would overwrite {source}; valid is another name")
 
 
 def check_new(path: Path) -> None:

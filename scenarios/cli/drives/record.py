@@ -122,10 +122,10 @@ def _check_name(output: Path, form: FormatName) -> None:
 
 def _check_spared(script: Path | None, output: Path, form: FormatName) -> None:
     """Raise ``ScenarioError`` where a recording would replace the one that leads it."""
-    from refseq_bench.scenarios.drives.inputs import check_beside, check_output
+    from refseq_bench.scenarios.drives.inputs import check_beside, check_spared
 
     if form is FormatName.MCAP:
-        check_output(output, of=[script])
+        check_spared(output, of=[script])
     elif script is not None:
         check_beside(script, output)
 
