@@ -53,7 +53,11 @@ RECORD = "record hallway -o new.mcap"
         ("map matrix a --top -1", "--top '-1' is not valid; valid is a whole number of 0 or more [N]"),
         ("compare", "REFERENCE QUERY of 'refseq compare' is missing: Pairs of drives, those in the same lights pooled"),
         ("world lux hallway", "--at X,Y,Z of 'refseq world lux' is missing: Point to measure at [m]"),
-        ("world check", "WORLD of 'refseq world check' is missing: Worlds, corridor:SEED, or plans (.toml)"),
+        (
+            "world check",
+            "WORLD of 'refseq world check' is missing: World of the library, corridor:SEED, building:SEED, both with "
+            "dials, or floor plan (.toml)",
+        ),
         (f"{RECORD} annex", "'refseq record' takes no 'annex'; 'refseq record --help' tells more"),
         ("record hallway -o", "option '-o' requires an argument"),
         ("doctor --json=yes", "option '--json' does not take a value"),
