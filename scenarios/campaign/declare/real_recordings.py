@@ -78,10 +78,12 @@ def _path_of(name: str, beside: Path | None) -> Path:
     places = [Path(beside or "/", name)] if beside is not None or Path(name).is_absolute() else []
     if (found := next((path for path in (*places, *homes) if path.exists()), None)) is not None:
         return found
-    looked = ", ".join(dict.fromkeys(map(str, (*places, *homes[:1])))) or "nowhere"
-    none = "" if home is not None else ", which names none"
+    if Path(name).is_absolute():
+        raise AbsentError(f"{name}: is not there; valid is a recording that is")
+    folders = " nor in ".join(str(folder) for folder in (beside, home) if folder is not None) or "any folder"
+    none = "" if home is not None else ", now none"
     raise AbsentError(
-        f"{name}: is not there (looked for: {looked}); valid is one beside the scenario, or in folder {DATA}{none}"
+        f"{name}: is not in {folders}; valid is one beside the scenario, or in the folder that {DATA} names{none}"
     )
 
 
