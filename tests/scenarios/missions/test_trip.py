@@ -36,7 +36,7 @@ def test_what_is_left_out_is_the_map_s() -> None:
     assert trip.drive.unit == 7
     drive = trip.drive
     assert (drive.world, drive.light, drive.robot, drive.renderer) == ("hallway", "16:00", "segway_rmp", "classic")
-    assert (drive.seed, drive.trigger.distance, trip.at, trip.strip) == (7, 0.5, 2.0, None)
+    assert (drive.seed, drive.trigger.distance, trip.at, trip.filmstrip) == (7, 0.5, 2.0, None)
 
 
 @pytest.mark.parametrize(
@@ -44,9 +44,9 @@ def test_what_is_left_out_is_the_map_s() -> None:
     [
         (False, {}, RendererKind.CLASSIC),
         (False, {"odometry": True}, RendererKind.NONE),  # it looks at nothing
-        (False, {"odometry": True, "strip": 2.0}, RendererKind.CLASSIC),  # but somebody looks at it
+        (False, {"odometry": True, "filmstrip": 2.0}, RendererKind.CLASSIC),  # but somebody looks at it
         (True, {}, RendererKind.NONE),
-        (True, {"strip": 2.0}, RendererKind.CLASSIC),
+        (True, {"filmstrip": 2.0}, RendererKind.CLASSIC),
         (True, {"renderer": "filament"}, RendererKind.FILAMENT),
     ],
 )
