@@ -102,7 +102,7 @@ def _squares(told: NDArray[np.float64], true: NDArray[np.float64]) -> NDArray[np
 
 
 def _misfit(squares: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What is left of the lengths told, squared, when true ones are stretched to fit them best, by lag."""
+    """Squares left of the lengths told when true ones are stretched to fit them best, by lag."""
     told, both, true = squares
     misfit: NDArray[np.float64] = told - both**2 / np.maximum(true, 1e-9)
     return misfit
