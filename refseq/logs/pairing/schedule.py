@@ -12,7 +12,7 @@ from refseq.dead_reckoning import way_along
 from refseq.errors import LogError
 from refseq.logs.pairing.moments import NONE, Moments, default_tolerance, numbered, paired, period, sample_of, slowest
 from refseq.logs.pairing.options import PairingOptions
-from refseq.logs.pairing.sensors import Choice, PoseTrack, late_of
+from refseq.logs.pairing.sensors import Choice, PoseTrack
 from refseq.logs.pairing.survey import Survey
 from refseq.logs.recording import TimedData, views_of
 from refseq.logs.source import Role
@@ -69,14 +69,15 @@ def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
             f"{found.source.path}: tells itself what belongs to one view; valid is a late sensor that is the only one, "
             "where odometry is given from elsewhere, or a late truth"
         )
-    return _by_number(found, choice, options)
+    return _by_number(found, choice)
 
 
-def _by_number(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
+def _by_number(found: Survey, choice: Choice) -> Schedule:
     """The moments that the log knows; a pose is that of its own moment. Without odometry it is the true one."""
-    late = late_of(found, choice.sensors, options.late)
     ids = {topic: found.stamps[topic].moments for topic in choice.sensors}
-    times = {topic: [time - late[topic] for time in found.stamps[topic].times] for topic in choice.sensors}
+    times = {
+        topic: [time - choice.late.get(topic, 0.0) for time in found.stamps[topic].times] for topic in choice.sensors
+    }
     moments = numbered(ids, times)
     odometry = _of_moments(found, moments, choice.odometry)
     truth = _of_moments(found, moments, choice.truth)
@@ -99,8 +100,7 @@ def _of_moments(found: Survey, moments: Moments, track: PoseTrack | None) -> lis
 
 def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
     """Moments of the leading sensor; odometry and truth are interpolated at their times."""
-    late = late_of(found, choice.sensors, options.late)
-    stamps = {topic: np.array(found.stamps[topic].times) - late[topic] for topic in choice.sensors}
+    stamps = {topic: np.array(found.stamps[topic].times) - choice.late.get(topic, 0.0) for topic in choice.sensors}
     if options.tolerance is not None and not 0 <= options.tolerance < math.inf:
         raise LogError(
             f"{found.source.path}: tolerance {options.tolerance} s is not valid; "

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from refseq.errors import LogError
 from refseq.logs.pairing.options import PairingOptions
@@ -39,33 +39,36 @@ class PoseTrack:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Topics that views are made of (topic → sensor), odometry, truth, the robot's frame, and what was decided."""
+    """Topics that views are made of (topic → sensor), odometry, truth, the robot's frame, and what was decided.
+
+    ``late`` is how much later than the odometry's a topic's stamps are [s], of those that are.
+    """
 
     sensors: dict[str, str]
     odometry: PoseTrack | None
     truth: PoseTrack | None
     base: str
     notes: tuple[str, ...]
+    late: Mapping[str, float] = field(default_factory=dict)
 
 
 def choose(found: Survey, options: PairingOptions) -> Choice:
     """Decide what is taken as what. Raises ``LogError`` for topics asked for that are not there."""
     _check_topics(found, options)
-    _check_delays(found, options)
     notes: list[str] = []
     sensors = _sensors(found, options, notes)
     base = options.base or _base(found)
-    late = late_of(found, sensors, options.late)
+    late = _late(found, sensors, options.late)
     odometry = _odometry(found, options.odometry, base, late, notes)
     truth = _truth(found, options, base, late, notes)
     if truth is None and Role.TRUTH in options.late:
         raise LogError(f"{found.source.path}: has no true poses to be late; valid is a truth from elsewhere beside it")
     if odometry is None and truth is not None:
         notes.append(f"no odometry: motion is taken from the true poses of {truth.origin}")
-    return Choice(sensors, odometry, truth, base, tuple(notes))
+    return Choice(sensors, odometry, truth, base, tuple(notes), late)
 
 
-def late_of(found: Survey, sensors: Mapping[str, str], asked: Mapping[str, float]) -> Mapping[str, float]:
+def _late(found: Survey, sensors: Mapping[str, str], asked: Mapping[str, float]) -> Mapping[str, float]:
     """Delay: how much later than the odometry's each sensor's stamps are [s], by topic; the truth's is at its track.
 
     Raises ``LogError`` for what is not in the log, and for no number.
@@ -87,12 +90,6 @@ def _check_topics(found: Survey, options: PairingOptions) -> None:
     for poses in (options.odometry, options.truth):
         if isinstance(poses, str):
             _check(found, poses, "of poses", valid[Role.ODOMETRY] + valid[Role.TRUTH])
-
-
-def _check_delays(found: Survey, options: PairingOptions) -> None:
-    for name, seconds in options.late.items():
-        if not math.isfinite(seconds):
-            raise LogError(f"{found.source.path}: {name} late by {seconds} s is not valid; it should be finite")
 
 
 def _check(found: Survey, topic: str, what: str, valid: Sequence[str]) -> None:
