@@ -5,7 +5,7 @@ import hashlib
 import logging
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -302,14 +302,22 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
     tolerance = selection.tolerance
     if tolerance is not None and not 0 <= tolerance < math.inf:
         raise ScenarioError(f"tolerance {tolerance} is not valid; it should be a number of seconds, 0 or more")
-    topics = assignments(words(selection.topics, "topics"), "topics")
     return PairingOptions(
-        names={topic: name for name, topic in topics.items()},
+        names=names_by_topic(assignments(words(selection.topics, "topics"), "topics")),
         tolerance=tolerance,
         late=delays(selection),
         odometry=_poses_of(selection.odometry, "odometry"),
         truth=_poses_of(selection.truth, "truth"),
     )
+
+
+def names_by_topic(topics: Mapping[str, str]) -> dict[str, str]:
+    """Names of sensors by their topics, of topics by name. Raises ``ScenarioError`` for a topic of two sensors."""
+    for topic, number in Counter(topics.values()).items():
+        if number > 1:
+            sensors = " and ".join(name for name in topics if topics[name] == topic)
+            raise ScenarioError(f"topics: {topic} is of {sensors}; valid is a topic for each sensor")
+    return {topic: name for name, topic in topics.items()}
 
 
 def delays(selection: DriveSelection) -> dict[str, float]:

@@ -19,7 +19,10 @@ from rosbags.rosbag2 import StoragePlugin
 
 from refseq.logs.beliefs import read_beliefs
 from refseq.planar import Pose
+from refseq_bench.scenarios.campaign.declare.cases import load
+from refseq_bench.scenarios.campaign.declare.real_recordings import Log, read_real
 from refseq_bench.scenarios.cli.app import exit_code
+from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
 from tests.refseq.logs.foreign import RosSetup, write_ros2_mcap, write_rosbag1, write_rosbag2
 from tests.refseq.logs.foxglove_drive import FoxgloveSetup, write_foxglove, write_json
 from tests.refseq.logs.robot_drive import RobotDrive, Sense
@@ -208,3 +211,65 @@ def test_every_command_takes_every_log(write, truth, tmp_path, capsys):
         assert refseq(line) == 0, (line, capsys.readouterr().err)
     for name in ("check.html", "report.html", "view.rrd", "ours.mcap"):
         assert (tmp_path / name).stat().st_size > 1000
+
+
+PICTURES = f"""
+title = "Pictures of two days, each with its own odometry"
+expect = ["success of best/chain >= 80 %"]
+[reference]
+log = "first/pictures"
+odometry = "first/odometry.tum"
+truth = "first/truth.tum"
+thin = {THIN}
+[query]
+log = "second/pictures"
+odometry = "second/odometry.tum"
+truth = "second/truth.tum"
+late = {{ camera-1 = -0.015 }}
+[localise]
+methods = ["best/chain"]
+judged = "best/chain"
+"""
+
+
+def test_a_scenario_takes_odometry_beside_its_logs(tmp_path, capsys):
+    for name, drive in (("first", FIRST), ("second", SECOND)):
+        (tmp_path / name).mkdir()
+        pictures(tmp_path / name, drive, True)
+    (tmp_path / "days.toml").write_text(PICTURES)
+    code = refseq(f"scenario run {tmp_path}/days.toml -j 1 -o {tmp_path}/out")
+    assert code == 0, capsys.readouterr()
+
+
+NAMED = """
+title = "Names, clocks and odometry as the robot has them"
+[reference]
+log = "one.bag"
+thin = {thin}
+topics = {{ front = "/camera/image_raw", laser = "/scan" }}
+tolerance = 0.05
+late = {{ front = 0.02, laser = 0.1, truth = 0.3 }}
+odometry = "/odom"
+[query]
+views = "2:9"
+late = {{ front = 0.1 }}
+"""
+
+
+def test_a_scenario_reads_a_log_as_the_command_line_does(tmp_path):
+    rosbag1(tmp_path, FIRST, True)
+    (tmp_path / "named.toml").write_text(NAMED.format(thin=THIN))
+    (case,) = load(tmp_path / "named.toml")
+    topics = "front=/camera/image_raw,laser=/scan"
+    late = "front=0.02,laser=0.1,truth=0.3"
+    told = (
+        DriveSelection(thin=THIN, topics=topics, tolerance=0.05, late=late, odometry="/odom"),
+        DriveSelection("2:9", thin=THIN, topics=topics, tolerance=0.05, late="front=0.1", odometry="/odom"),
+    )
+    for source, selection in zip(case.sources(1), told, strict=True):
+        assert isinstance(source, Log)
+        found, as_told = read_real(source).views, read_drive(tmp_path / "one.bag", selection).views
+        assert [(v.time, v.distance, v.turn, v.truth, *v.images) for v in found] == [
+            (v.time, v.distance, v.turn, v.truth, *v.images) for v in as_told
+        ]
+        assert {"front"} == set(found[0].images)

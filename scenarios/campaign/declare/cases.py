@@ -198,7 +198,18 @@ def _completed(source: dict[str, Any], reference: Mapping[str, Any], own: Sequen
 def _source(table: SourceTable, seed: int, steps: int, file: Path) -> Source:
     if isinstance(table, LogTable):
         noise = seed if table.odometry_noise else None
-        return Log(table.log, table.views, table.thin, noise, table.truth, beside=file.resolve().parent)
+        return Log(
+            table.log,
+            views=table.views,
+            thin=table.thin,
+            noise=noise,
+            truth=table.truth,
+            odometry=table.odometry,
+            topics=table.topics,
+            tolerance=table.tolerance,
+            late=table.late,
+            beside=file.resolve().parent,
+        )
     if isinstance(table, DriveTable):
         return _drive(table, seed, steps, file)
     return Images(table.images, table.spacing, table.width, beside=file.resolve().parent)

@@ -1,15 +1,17 @@
 """Real recordings: a log or a folder of images, beside the scenario's file or in the folder of those at hand."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 
 import numpy as np
 
-from refseq.logs import PairingOptions, Recording, open_log, plan_views
+from refseq.logs import PairingOptions, Recording, Role, open_log, plan_views
 from refseq.logs.pictures.source import PictureFolder
-from refseq.logs.trajectories import read_trajectory
+from refseq.logs.trajectories import PoseTable, read_trajectory
 from refseq.planar import Pose
+from refseq_bench.scenarios.drives.inputs import names_by_topic
 from refseq_bench.scenarios.drives.left_out import check_all_views, views_left_out
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
@@ -27,8 +29,9 @@ class Log:
     """A real log: the ``views`` FROM:TO of it, one every ``thin`` [m] (0: all).
 
     ``noise`` is the seed of the noise that its odometry is given, None: none, for logs whose odometry is a real one.
-    ``truth`` is a trajectory's file, None: the true poses are the log's own. Both are looked for in the folder
-    ``beside`` the scenario, then in that of real recordings.
+    ``truth`` and ``odometry`` are a trajectory's file each or a topic of the log, None: the log's own. Files are looked
+    for in the folder ``beside`` the scenario, then in that of real recordings. ``topics`` names sensors, name → topic;
+    samples within ``tolerance`` [s] make one view; ``late`` is how late a sensor's stamps are, or the truth's [s].
     """
 
     file: str
@@ -36,6 +39,10 @@ class Log:
     thin: float = 0.0
     noise: int | None = None
     truth: str | None = None
+    odometry: str | None = None
+    topics: Mapping[str, str] = field(default_factory=dict)
+    tolerance: float | None = None
+    late: Mapping[str, float] = field(default_factory=dict)
     beside: Path | None = field(default=None, compare=False)
 
 
@@ -54,10 +61,15 @@ class Images:
 
 
 def names_in(source: Log | Images) -> tuple[str, ...]:
-    """All that a real recording is read from, by the names that the scenario has: itself, and its truth."""
+    """All files that a real recording is read from, by the names that the scenario has: itself, and its poses."""
     if isinstance(source, Images):
         return (source.folder,)
-    return (source.file, source.truth) if source.truth else (source.file,)
+    return (source.file, *(name for name in (source.truth, source.odometry) if name and not _is_topic(name)))
+
+
+def _is_topic(name: str) -> bool:
+    """Tell a topic from a trajectory's file, which need not be there: it begins with a stroke and has no ending."""
+    return name.startswith("/") and not PurePath(name).suffix
 
 
 def real_paths(source: Log | Images) -> tuple[Path, ...]:
@@ -89,21 +101,36 @@ def _path_of(name: str, beside: Path | None) -> Path:
 
 def read_real(source: Log | Images) -> Recording:
     """The views of a real recording. Raises ``AbsentError``, ``LogError``, ``ScenarioError``."""
-    path, *truth = real_paths(source)
-    return _read_log(source, path, *truth) if isinstance(source, Log) else _read_images(source, path)
+    path, *_ = real_paths(source)
+    return _read_log(source, path) if isinstance(source, Log) else _read_images(source, path)
 
 
-def _read_log(log: Log, path: Path, truth: Path | None = None) -> Recording:
-    plan = plan_views(open_log(path), PairingOptions(truth=None if truth is None else read_trajectory(truth)))
+def _read_log(log: Log, path: Path) -> Recording:
+    plan = plan_views(open_log(path), _pairing_options(log))
     plan = plan.between(stretch(log.views, len(plan), path))
-    if truth is not None:
+    if log.truth is not None:
         from refseq_bench.scenarios.drives.truth.fit import check_truth  # its solver, which who lists does not wait for
 
-        check_truth(plan.views, str(truth), path.name)
+        check_truth(plan.views, log.truth, path.name, log.late.get(Role.TRUTH, 0.0))
     if log.noise is not None:
         plan = plan.with_noise(np.random.default_rng(log.noise))
     recording = (plan.thinned(log.thin) if log.thin else plan).recording()
     return replace(recording, metadata={"world": path.name, **recording.metadata})
+
+
+def _pairing_options(log: Log) -> PairingOptions:
+    return PairingOptions(
+        names=names_by_topic(log.topics),
+        tolerance=log.tolerance,
+        late=log.late,
+        odometry=_poses_of(log.odometry, log.beside),
+        truth=_poses_of(log.truth, log.beside),
+    )
+
+
+def _poses_of(name: str | None, beside: Path | None) -> str | PoseTable | None:
+    """A topic as it is, or the poses in a file. Raises ``AbsentError``, ``LogError``."""
+    return name if name is None or _is_topic(name) else read_trajectory(_path_of(name, beside))
 
 
 def _read_images(images: Images, folder: Path) -> Recording:

@@ -128,7 +128,8 @@ class LogTable(Table):
     """A log in the folder of real recordings: ``views`` FROM:TO of it, one every ``thin`` metres.
 
     With ``odometry_noise`` its odometry is given noise, another for each seed: for logs whose poses were corrected.
-    ``truth`` is a trajectory's file in the same folder; without it the true poses are the log's own.
+    ``truth`` and ``odometry`` are a trajectory's file each in the same folder, or a topic; without them they are the
+    log's own. ``topics``, ``tolerance`` [s] and ``late`` [s] pair its sensors, as the options of ``learn`` do.
     """
 
     log: Line
@@ -136,6 +137,10 @@ class LogTable(Table):
     thin: NotNegative = 0.0
     odometry_noise: Flag = False
     truth: Line | None = None
+    odometry: Line | None = None
+    topics: dict[Line, Line] = {}
+    tolerance: NotNegative | None = None
+    late: dict[Line, Finite] = {}
 
 
 class ImagesTable(Table):
