@@ -136,8 +136,13 @@ def about(normals: Floats) -> Floats:
     return np.stack([across, np.cross(normals, across), normals], axis=2)
 
 
-def _directions(normals: Floats) -> Floats:
-    return np.asarray(np.einsum("mij,kj->mki", about(normals), hemisphere(RAYS)))
+def _directions(normals: Floats) -> tuple[Floats, NDArray[np.intp]]:
+    """Rays of each distinct one of some normals (m, 3), (d, RAYS, 3), and which of them is each card's, (m,).
+
+    A world has few of these: cards lie on walls, floors and boxes.
+    """
+    distinct, which = np.unique(normals, axis=0, return_inverse=True)
+    return np.einsum("dij,kj->dki", about(distinct), hemisphere(RAYS)), which
 
 
 def _gathered(occluders: Occluders, cards: Cards, sides: Floats) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
@@ -147,7 +152,8 @@ def _gathered(occluders: Occluders, cards: Cards, sides: Floats) -> tuple[NDArra
     """
     found, inside = np.empty((len(cards), RAYS), np.int32), np.zeros(len(cards), bool)
     for part in _blocks(len(cards)):
-        rays = _directions(cards.normals[part])
+        directions, which = _directions(cards.normals[part])
+        rays = directions[which]
         origins = np.repeat(cards.points[part], RAYS, axis=0)
         found[part] = occluders.hit(origins, rays.reshape(-1, 3)).reshape(-1, RAYS)
         few, met = rays[:, ::SPARSE], found[part, ::SPARSE]
@@ -163,8 +169,9 @@ def _escaping(light: WorldLight, seen: NDArray[np.int32], normals: Floats) -> Fl
         return lux
     above, below = np.pi * np.array(light.outlook)
     for part in _blocks(len(seen)):
-        up = _directions(normals[part])[..., 2] > 0.0
-        lux[part] = np.where(seen[part] < 0, np.where(up, above, below), 0.0).mean(axis=1)
+        directions, which = _directions(normals[part])
+        beyond = np.where(directions[..., 2] > 0.0, above, below)
+        lux[part] = np.where(seen[part] < 0, beyond[which], 0.0).mean(axis=1)
     return lux
 
 
