@@ -91,6 +91,7 @@ class SegwayControl:
     def release(self) -> None:
         """Clear all stops whose reason has gone; the machine goes back to the mode that it woke up in."""
         self._stops.release()
+        self._jam.forget()
         self._told = self._time
         self._wanted = Twist()
         self._settings += [(Config.MODE, self._wake), STAY]
@@ -98,6 +99,7 @@ class SegwayControl:
     def rest(self) -> None:
         """Begin anew from rest: somebody has set the robot down. Stops stay, and the odometer."""
         self._firmware.rest()
+        self._jam.forget()
         self._wanted = self._asked = Twist()
 
     def tick(self, signals: Signals) -> Actuation:

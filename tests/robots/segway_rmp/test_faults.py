@@ -11,7 +11,7 @@ import pytest
 from refseq_bench import robots
 from refseq_bench.robots import Cause, Signals, Twist
 from refseq_bench.robots.odometry import Pulses, true_geometry
-from refseq_bench.robots.segway_rmp import LIMITS, MOUNTING, SHAPE, build
+from refseq_bench.robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
 from refseq_bench.robots.segway_rmp.balance import GainSet, balancer
 from refseq_bench.robots.segway_rmp.control import MARGIN, SegwayControl
 from refseq_bench.robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, SegwayFirmware
@@ -195,6 +195,51 @@ def test_held_back_by_a_wall_it_gives_up_and_stands() -> None:
     assert machine.control.state.mode == "balance"
     assert abs(machine.pitch) < math.radians(2)
     assert machine.axle[0] < 2.3 - MARGIN
+
+
+def against_an_edge() -> Machine:
+    """The machine on its tail, stuck at an edge as high as its deck; nothing sways there: no wheel turns by itself."""
+    edge = ((2.4, 0.0, 0.49), (0.1, 1.0, 0.05))
+    machine = Machine("segway_rmp-tractor", inertial=InertialModel(), boxes=(edge,)).go(8.0, Twist(0.8, 0.0))
+    assert machine.causes == {Cause.STUCK}
+    return machine
+
+
+def test_stuck_on_its_tail_it_drives_back_once_released() -> None:
+    machine = against_an_edge()
+    stood = machine.axle[0]
+    machine.go(2.0, Twist(-0.3, 0.0))
+    assert Cause.STUCK in machine.causes, "it holds until somebody releases it"
+    assert machine.axle[0] == pytest.approx(stood, abs=0.01)
+    machine.control.release()
+    machine.go(3.0, Twist(-0.3, 0.0))
+    assert machine.control.state.free
+    assert stood - machine.axle[0] > 0.5
+
+
+def test_stuck_on_its_tail_it_is_stuck_again_where_nothing_was_taken_away() -> None:
+    machine = against_an_edge()
+    machine.control.release()
+    machine.go(3.0, Twist(0.8, 0.0))
+    assert Cause.STUCK in machine.causes
+
+
+def test_a_push_before_it_was_set_down_does_not_count() -> None:
+    control, time = SegwayControl(build(tail=True), LIMITS, SHAPE, MOUNTING, true_geometry(DRIVE)), 0.0
+
+    def pushed() -> bool:
+        """8 ticks at 60 N·m, most of the impulse that a jammed wheel takes."""
+        nonlocal time
+        for _ in range(8):
+            time += PERIOD
+            control.command(STAND)
+            control.tick(Signals(time=time, pulses=Pulses(0, 0), torques=(60.0, 60.0)))
+        return any(stop.cause is Cause.STUCK for stop in control.state.stops)
+
+    assert not pushed()
+    control.rest()
+    assert not pushed()
+    assert pushed(), "both together are a jam"
 
 
 def test_set_down_elsewhere_it_stands_there_and_its_odometer_has_not_noticed() -> None:
