@@ -122,6 +122,7 @@ class SegwayFirmware:
             self._balancing = balancer(self._plant, self._latched, PERIOD)
             self._flatness = carrying(self._plant, self._latched).flatness()
         self._mode = mode
+        self._drive.integral = 0.0  # what held the machine's place against a push would lean it over in the new mode
         self._hold_here()
 
     def _hold_here(self) -> None:

@@ -130,6 +130,30 @@ def test_one_that_fell_stays_off_until_it_is_set_up_and_released() -> None:
     assert machine.speed == pytest.approx(0.5, abs=0.05)
 
 
+def test_released_after_a_fall_it_has_forgotten_what_it_leaned_against() -> None:
+    """A long push sums up errors of place, and the lean against it; nobody tells the machine that it was set up."""
+    machine = Machine(inertial=InertialModel()).go(2.0, STAND)
+    machine.push = -25.0, 0.0, 0.0
+    machine.go(20.0, STAND)
+    assert machine.pitch > math.radians(5), "it leans against the push"
+    machine.push = -400.0, 0.0, 0.0
+    machine.go(0.6, STAND)
+    machine.push = 0.0, 0.0, 0.0
+    machine.go(2.0, STAND)
+    assert machine.causes == {Cause.TIPPED}
+    for _ in range(200):  # it is held upright for 2 s, in which its estimate of the pitch comes after
+        machine.data.joint("r/base").qpos[2:] = (0.0, 1.0, 0.0, 0.0, 0.0)
+        machine.data.qvel[:] = 0.0
+        mujoco.mj_forward(machine.model, machine.data)
+        machine.go(PERIOD, STAND)
+    released, place = machine.data.time, machine.axle[0]
+    machine.control.release()
+    way = machine.go(6.0, STAND).since(released)
+    assert machine.control.state.free
+    assert np.abs(way[:, 4]).max() < math.radians(4)
+    assert np.abs(way[:, 1] - place).max() < 0.08
+
+
 def test_twelve_feet_off_its_place_it_goes_into_tractor_mode() -> None:
     firmware = SegwayFirmware(build(tail=False))
     place, time = 0.0, 0.0
