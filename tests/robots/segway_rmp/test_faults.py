@@ -130,6 +130,40 @@ def test_one_that_fell_stays_off_until_it_is_set_up_and_released() -> None:
     assert machine.speed == pytest.approx(0.5, abs=0.05)
 
 
+def bodiless(*, tail: bool) -> SegwayControl:
+    """The Control layer of a machine whose signals a test makes up."""
+    return SegwayControl(build(tail=tail), LIMITS, SHAPE, MOUNTING, true_geometry(DRIVE))
+
+
+@pytest.mark.parametrize("ticks", range(20, 24))
+@pytest.mark.parametrize("fault", [Inertial(pitch=math.radians(70)), Inertial(roll=math.radians(70)), Inertial(NAN)])
+def test_a_release_works_in_every_tick(fault: Inertial, ticks: int) -> None:
+    """Commands go down every second tick: until then the machine tells of what it is about to forget."""
+    control, time = bodiless(tail=False), 0.0
+    for inertial in [Inertial()] * 20 + [fault] * 20 + [Inertial()] * ticks:
+        time += PERIOD
+        control.command(STAND)
+        control.tick(Signals(time=time, pulses=Pulses(0, 0), inertial=inertial))
+    assert not control.state.free, "it holds until somebody releases it"
+    control.release()
+    for _ in range(6):
+        time += PERIOD
+        control.tick(Signals(time=time, pulses=Pulses(0, 0)))
+        assert control.state.free
+    assert control.state.mode == "balance"
+
+
+@pytest.mark.parametrize("ticks", [20, 21])
+def test_a_release_of_what_still_lies_there_does_not_help(ticks: int) -> None:
+    control, time = bodiless(tail=False), 0.0
+    for _ in range(ticks):
+        time += PERIOD
+        control.release()
+        control.tick(Signals(time=time, pulses=Pulses(0, 0), inertial=Inertial(pitch=math.radians(70))))
+    control.tick(Signals(time=time + PERIOD, pulses=Pulses(0, 0), inertial=Inertial(pitch=math.radians(70))))
+    assert Cause.TIPPED in {stop.cause for stop in control.state.stops}
+
+
 def test_released_after_a_fall_it_has_forgotten_what_it_leaned_against() -> None:
     """A long push sums up errors of place, and the lean against it; nobody tells the machine that it was set up."""
     machine = Machine(inertial=InertialModel()).go(2.0, STAND)
@@ -249,7 +283,7 @@ def test_stuck_on_its_tail_it_is_stuck_again_where_nothing_was_taken_away() -> N
 
 
 def test_a_push_before_it_was_set_down_does_not_count() -> None:
-    control, time = SegwayControl(build(tail=True), LIMITS, SHAPE, MOUNTING, true_geometry(DRIVE)), 0.0
+    control, time = bodiless(tail=True), 0.0
 
     def pushed() -> bool:
         """8 ticks at 60 N·m, most of the impulse that a jammed wheel takes."""
