@@ -156,6 +156,15 @@ def test_thinning_leaves_one_point_in_a_square() -> None:
     assert len(np.unique(np.floor(thin / CELL), axis=0)) == len(thin)
 
 
+@given(points=st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=60), cell=st.sampled_from([CELL, 3.0]))
+def test_thinning_is_the_mean_of_each_square_in_their_order(points: list[tuple[float, float]], cell: float) -> None:
+    squares: dict[tuple[float, ...], list[tuple[float, float]]] = {}
+    for x, y in points:
+        squares.setdefault((math.floor(x / cell), math.floor(y / cell)), []).append((x, y))
+    means = np.array([np.mean(squares[square], axis=0) for square in sorted(squares)])
+    assert thinned(np.array(points), cell) == pytest.approx(means, abs=1e-12)
+
+
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("far", [1e6, 1e18, 1e300])
 def test_thinning_is_the_same_where_an_ill_odometer_is_far_off(far: float) -> None:
