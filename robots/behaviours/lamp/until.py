@@ -83,7 +83,7 @@ class Near:
 
     def __init__(self, robot: RobotDescription, sonar: int, near: float) -> None:
         self._sonar, self._near = sonar, near
-        self._filter = SonarFilter(robot)
+        self._filter = SonarFilter(robot.sonars)
 
     def reached(self, senses: Senses) -> str:
         """Say what it reads."""
