@@ -10,7 +10,6 @@ from dataclasses import astuple, dataclass, fields
 from enum import IntEnum, IntFlag
 
 from refseq_bench.robots.errors import RobotsError
-from refseq_bench.robots.segway_rmp.balance import GainSet
 
 COUNTS_PER_METRE = 33215
 COUNTS_PER_SPEED = 332
@@ -34,6 +33,14 @@ class Mode(IntEnum):
     DISABLED = 0
     TRACTOR = 1
     BALANCE = 2
+
+
+class GainSet(IntEnum):
+    """Load that the machine is told to balance, by its word."""
+
+    LIGHT = 0
+    TALL = 1
+    HEAVY = 2
 
 
 class Config(IntEnum):

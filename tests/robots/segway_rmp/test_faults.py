@@ -12,10 +12,10 @@ from refseq_bench import robots
 from refseq_bench.robots import Cause, Signals, Twist
 from refseq_bench.robots.odometry import Pulses, true_geometry
 from refseq_bench.robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
-from refseq_bench.robots.segway_rmp.balance import GainSet, balancer
+from refseq_bench.robots.segway_rmp.balance import balancer
 from refseq_bench.robots.segway_rmp.control import MARGIN, SegwayControl
 from refseq_bench.robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, SegwayFirmware
-from refseq_bench.robots.segway_rmp.protocol import Config, Mode, SegwayCommand, StatusBits, StatusFrame
+from refseq_bench.robots.segway_rmp.protocol import Config, GainSet, Mode, SegwayCommand, StatusBits, StatusFrame
 from refseq_bench.robots.segway_rmp.sensors import LOST_AFTER
 from refseq_bench.robots.signals import Inertial
 from refseq_bench.sim.sensors.inertial import InertialModel

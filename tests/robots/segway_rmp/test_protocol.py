@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq_bench.robots import RobotsError
-from refseq_bench.robots.segway_rmp.balance import GainSet
 from refseq_bench.robots.segway_rmp.protocol import (
     COUNTS_PER_DEGREE,
     COUNTS_PER_METRE,
@@ -20,6 +19,7 @@ from refseq_bench.robots.segway_rmp.protocol import (
     TOP_SPEED,
     TOP_TURN,
     Config,
+    GainSet,
     Mode,
     SegwayCommand,
     StatusBits,
