@@ -54,7 +54,7 @@ class Guarded(ABC):
         if not _finite(state):
             return waiting("the odometer reads no number")
         if latched := next((stop for stop in state.stops if stop.cause in LATCHED), None):
-            return failed(_told(latched))
+            return failed(str(latched))
         if not senses.age < STALE:
             return waiting(f"no news of the robot for {senses.age:.1f} s")
         wanted = self._move(senses)
@@ -62,7 +62,7 @@ class Guarded(ABC):
             return wanted
         twist = self.robot.limits.limited(wanted.twist)
         if stop := next((stop for stop in state.stops if _forbids(stop, twist)), None):
-            return waiting(_told(stop))
+            return waiting(str(stop))
         return BehaviourStep(twist, why=wanted.why)
 
     def _patient(self, step: BehaviourStep, senses: Senses) -> BehaviourStep:
@@ -99,10 +99,6 @@ class _Wait:
             return _Wait(self.since, state)
         moved, turned = state.distance - self.began.distance, state.pose.heading - self.began.pose.heading
         return None if abs(moved) > GOT_ON or abs(turned) > TURNED_ON else self
-
-
-def _told(stop: Stop) -> str:
-    return f"{stop.cause.value}: {stop.detail}" if stop.detail else stop.cause.value
 
 
 def _forbids(stop: Stop, twist: Twist) -> bool:

@@ -211,7 +211,7 @@ class _Patience:
     def check(self) -> None:
         """Raise ``SimError`` when the time is up."""
         if self.bench.time > self.until:
-            why = "; ".join(f"{stop.cause.value}: {stop.detail}" for stop in self.bench.state.stops)
+            why = "; ".join(map(str, self.bench.state.stops))
             raise SimError(
                 f"umbmark: {self.bench.robot.name} did not finish a side or a turn by {self.until:.1f} s "
                 f"({why or 'it moves too slowly'})"
