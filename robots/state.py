@@ -47,6 +47,10 @@ class Stop:
     since: float
     blocks: Blocked = Blocked.ALL
 
+    def __str__(self) -> str:
+        """The cause, and what was read where that is told."""
+        return f"{self.cause.value}: {self.detail}" if self.detail else self.cause.value
+
 
 class Motors(Enum):
     """State of the motors."""

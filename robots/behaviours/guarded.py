@@ -54,7 +54,7 @@ class Guarded(ABC):
         if not _finite(state):
             return waiting("the odometer reads no number")
         if latched := next((stop for stop in state.stops if stop.cause in LATCHED), None):
-            return failed(_told(latched))
+            return failed(str(latched))
         if not senses.age < STALE:
             return waiting(f"no news of the robot for {senses.age:.1f} s")
         wanted = self._move(senses)
@@ -62,16 +62,16 @@ class Guarded(ABC):
             return wanted
         twist = self.robot.limits.limited(wanted.twist)
         if stop := next((stop for stop in state.stops if _forbids(stop, twist)), None):
-            return waiting(_told(stop))
+            return waiting(str(stop))
         return BehaviourStep(twist, why=wanted.why)
 
     def _patient(self, step: BehaviourStep, senses: Senses) -> BehaviourStep:
-        if self._waits is not None and self._waits.over(senses):
-            self._waits = None
+        if self._waits is not None:
+            self._waits = self._waits.at(senses.state)
         if step.outcome is not BehaviourOutcome.RUNNING or not step.why:
             return step
         if self._waits is None:
-            self._waits = _Wait(senses.now, senses.state.distance, senses.state.pose.heading)
+            self._waits = _Wait(senses.now, senses.state)
         if senses.now - self._waits.since >= self.patience:
             return self._given_up(f"waited {self.patience:g} s: {step.why}")
         return step
@@ -83,20 +83,22 @@ class Guarded(ABC):
 
 @dataclass(frozen=True, slots=True)
 class _Wait:
-    """A wait ``since`` a time [s], at a path length [m] and heading [rad]."""
+    """A wait ``since`` a time [s], which began in a state."""
 
     since: float
-    distance: float
-    heading: float
+    began: RobotState
 
-    def over(self, senses: Senses) -> bool:
-        """True if the robot has got on since."""
-        moved, turned = senses.state.distance - self.distance, senses.state.pose.heading - self.heading
-        return abs(moved) > GOT_ON or abs(turned) > TURNED_ON
+    def at(self, state: RobotState) -> "_Wait | None":
+        """Return the wait at a later state, None once the robot has got on.
 
-
-def _told(stop: Stop) -> str:
-    return f"{stop.cause.value}: {stop.detail}" if stop.detail else stop.cause.value
+        One that began where the odometer read no number counts from the first place that is one.
+        """
+        if not _finite(state):
+            return self
+        if not _finite(self.began):
+            return _Wait(self.since, state)
+        moved, turned = state.distance - self.began.distance, state.pose.heading - self.began.pose.heading
+        return None if abs(moved) > GOT_ON or abs(turned) > TURNED_ON else self
 
 
 def _forbids(stop: Stop, twist: Twist) -> bool:

@@ -15,7 +15,8 @@ from refseq_bench.robots.behaviours.behaviour import (
 )
 from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
 from refseq_bench.robots.behaviours.phases import Turning
-from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY, SONAR_REACH, SonarEchoes
+from refseq_bench.robots.behaviours.sensing.sonar_filter import HISTORY
+from refseq_bench.robots.behaviours.sensing.sonar_ring import SONAR_REACH, SonarEchoes
 from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
 from refseq_bench.robots.planar import wrapped
 

@@ -28,6 +28,21 @@ class Phase(Protocol):
         """Say how to move now, None when there is nothing left to do."""
 
 
+class Settled:
+    """Clock of a turn on the spot: it is done once the robot has stayed there for a while."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+
+    def look(self, left: float, now: float) -> bool:
+        """True if what is ``left`` of the turn [rad] has been less than ``TURNED`` for ``SETTLED`` [s] at ``now``."""
+        if not abs(left) < TURNED:
+            self._since = None
+            return False
+        self._since = now if self._since is None else self._since
+        return now - self._since >= SETTLED
+
+
 class Turning:
     """Turn on the spot until the odometer shows ``target`` [rad], which is not wrapped.
 
@@ -38,26 +53,20 @@ class Turning:
 
     def __init__(self, robot: RobotDescription, target: float) -> None:
         self._robot, self._target = robot, target
-        self._echoes = SonarEchoes(robot.sonars)
-        self._there_since: float | None = None
+        self._echoes, self._settled = SonarEchoes(robot.sonars), Settled()
 
     def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
         """Say how to turn now."""
         pose = senses.pose
         left = self._target - pose.heading
+        if self._settled.look(left, senses.now):
+            return None
         if abs(left) < TURNED:
-            return self._settling(senses.now)
-        self._there_since = None
+            return BehaviourStep()
         if around.lost:
             return waiting(around.lost)
         points = np.concatenate([around.points(pose), self._echoes.points(senses)])
         return turned(self._robot, points, left)
-
-    def _settling(self, now: float) -> BehaviourStep | None:
-        """Stand still, until it is sure that the turn stays where it is."""
-        if self._there_since is None:
-            self._there_since = now
-        return None if now - self._there_since >= SETTLED else BehaviourStep()
 
 
 class Arc:

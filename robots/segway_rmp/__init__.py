@@ -10,11 +10,10 @@ from refseq_bench.robots.motion import DifferentialDrive, Limits
 from refseq_bench.robots.mounting import Mounting
 from refseq_bench.robots.odometry import Geometry
 from refseq_bench.robots.robot import Robot, Shape
-from refseq_bench.robots.segway_rmp.balance import GainSet
 from refseq_bench.robots.segway_rmp.control import SegwayControl
 from refseq_bench.robots.segway_rmp.firmware import Build
 from refseq_bench.robots.segway_rmp.plant import plant_of
-from refseq_bench.robots.segway_rmp.protocol import COUNTS_PER_METRE, Mode
+from refseq_bench.robots.segway_rmp.protocol import COUNTS_PER_METRE, GainSet, Mode
 from refseq_bench.robots.sensor_mast import (
     CAMERA_FORWARD,
     CAMERA_LATERAL,

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import lru_cache
 from types import MappingProxyType
 
@@ -10,16 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq_bench.robots.segway_rmp.plant import Linear, Matrix, Plant
+from refseq_bench.robots.segway_rmp.protocol import GainSet
 
 Vector = NDArray[np.float64]
-
-
-class GainSet(IntEnum):
-    """Load that the machine is told to balance, by the word of its interface."""
-
-    LIGHT = 0
-    TALL = 1
-    HEAVY = 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from refseq_bench.robots.segway_rmp.obstacle_monitor import ObstacleMonitor
 from refseq_bench.robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
     COUNTS_PER_SPEED,
+    QUIET,
     RESET_FOREAFT,
     TOP_SPEED,
     TOP_TURN,
@@ -91,13 +92,15 @@ class SegwayControl:
     def release(self) -> None:
         """Clear all stops whose reason has gone; the machine goes back to the mode that it woke up in."""
         self._stops.release()
+        self._jam.forget()
         self._told = self._time
         self._wanted = Twist()
-        self._settings += [(Config.MODE, self._wake), STAY]
+        self._settings = [(Config.MODE, self._wake), STAY]
 
     def rest(self) -> None:
         """Begin anew from rest: somebody has set the robot down. Stops stay, and the odometer."""
         self._firmware.rest()
+        self._jam.forget()
         self._wanted = self._asked = Twist()
 
     def tick(self, signals: Signals) -> Actuation:
@@ -142,20 +145,23 @@ class SegwayControl:
 
     def _look_for_stops(self, signals: Signals, status: StatusFrame) -> None:
         stops, time = self._stops, signals.time
-        stops.set(Cause.TIPPED, _fallen(status), time)
-        stops.set(Cause.SENSOR, self._broken(signals, status), time)
+        # Until a release has gone down, the machine tells of faults that it is about to forget.
+        outdated = (Config.MODE, self._wake) in self._settings
+        faults = QUIET if outdated else status.words
+        stops.set(Cause.TIPPED, _fallen(status, faults), time)
+        stops.set(Cause.SENSOR, self._broken(faults, time), time)
         stops.set(Cause.STUCK, self._jammed(signals, status), time)
         silent = time - self._told > SILENCE + 1e-9
         stops.set(Cause.NO_COMMAND, f"none for {SILENCE:g} s" if silent else None, time)
         stops.set(Cause.LASER, self._in_the_way(status), time, Blocked.FORWARD)
 
-    def _broken(self, signals: Signals, status: StatusFrame) -> str | None:
+    def _broken(self, faults: StatusBits, time: float) -> str | None:
         """Name the sensor that has failed: the machine tells of its own, the laser is ours."""
-        if StatusBits.SYSTEM_INTEGRITY_FAULT in status.words:
+        if StatusBits.SYSTEM_INTEGRITY_FAULT in faults:
             return "inertial sensors read no number"
-        if StatusBits.MOTOR_FEEDBACK_FAULT in status.words:
+        if StatusBits.MOTOR_FEEDBACK_FAULT in faults:
             return "encoders read no number"
-        return self._monitor.lost(signals.time)
+        return self._monitor.lost(time)
 
     def _jammed(self, signals: Signals, status: StatusFrame) -> str | None:
         """Tell of a wheel that is stuck; the machine then stands where it is, however far it should have come."""
@@ -197,8 +203,8 @@ def _motion(status: StatusFrame) -> Twist:
     return Twist(speed, status.yaw_rate / COUNTS_PER_RADIAN)
 
 
-def _fallen(status: StatusFrame) -> str | None:
-    if not (StatusBits.PITCH_LIMIT | StatusBits.ROLL_LIMIT) & status.words:
+def _fallen(status: StatusFrame, faults: StatusBits) -> str | None:
+    if not (StatusBits.PITCH_LIMIT | StatusBits.ROLL_LIMIT) & faults:
         return None
     pitch, roll = (math.degrees(count / COUNTS_PER_RADIAN) for count in (status.pitch, status.roll))
     return f"pitch {pitch:.0f}°, roll {roll:.0f}°: motors off"

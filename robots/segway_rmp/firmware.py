@@ -7,7 +7,7 @@ import numpy as np
 
 from refseq_bench.robots.motion import within
 from refseq_bench.robots.odometry import Encoders
-from refseq_bench.robots.segway_rmp.balance import GainSet, Vector, balancer, carrying, regulator
+from refseq_bench.robots.segway_rmp.balance import Vector, balancer, carrying, regulator
 from refseq_bench.robots.segway_rmp.estimate import MotionEstimate
 from refseq_bench.robots.segway_rmp.follower import Follower
 from refseq_bench.robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
@@ -20,6 +20,7 @@ from refseq_bench.robots.segway_rmp.protocol import (
     COUNTS_PER_TORQUE,
     QUIET,
     Config,
+    GainSet,
     Mode,
     SegwayCommand,
     StatusBits,
@@ -122,6 +123,7 @@ class SegwayFirmware:
             self._balancing = balancer(self._plant, self._latched, PERIOD)
             self._flatness = carrying(self._plant, self._latched).flatness()
         self._mode = mode
+        self._drive.integral = 0.0  # what held the machine's place against a push would lean it over in the new mode
         self._hold_here()
 
     def _hold_here(self) -> None:

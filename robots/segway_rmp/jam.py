@@ -33,6 +33,10 @@ class JamWatch:
                 return f"{name} wheel stands still at {signals.torques[side]:.0f} N·m"
         return None
 
+    def forget(self) -> None:
+        """Count from nothing again: a wheel that no stop lets move could not show that it has come free."""
+        self._given = [0.0, 0.0]
+
     def _push(self, side: int, torque: float, elapsed: float) -> None:
         beyond = math.copysign(max(abs(torque) - HOLDING, 0.0), torque) if math.isfinite(torque) else 0.0
         self._given[side] += beyond * elapsed

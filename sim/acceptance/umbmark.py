@@ -15,6 +15,7 @@ from typing import NamedTuple
 from refseq.planar import Pose, relative_pose
 from refseq_bench import robots
 from refseq_bench.robots import Twist
+from refseq_bench.robots.behaviours.steering import speed_to_stop
 from refseq_bench.robots.odometry import Geometry
 from refseq_bench.robots.planar import wrapped
 from refseq_bench.sim.acceptance.floor import empty_floor
@@ -210,7 +211,7 @@ class _Patience:
     def check(self) -> None:
         """Raise ``SimError`` when the time is up."""
         if self.bench.time > self.until:
-            why = "; ".join(f"{stop.cause.value}: {stop.detail}" for stop in self.bench.state.stops)
+            why = "; ".join(map(str, self.bench.state.stops))
             raise SimError(
                 f"umbmark: {self.bench.robot.name} did not finish a side or a turn by {self.until:.1f} s "
                 f"({why or 'it moves too slowly'})"
@@ -218,8 +219,8 @@ class _Patience:
 
 
 def _eased(speed: float, braking: float, left: float) -> float:
-    """The speed from which half of the ``braking`` stops within what is ``left``."""
-    return max(CREEP * speed, min(speed, math.sqrt(braking * left)))
+    """The speed at which the robot still stops at its ease within what is ``left``, and goes on at the end."""
+    return max(CREEP * speed, min(speed, speed_to_stop(left, braking)))
 
 
 def _stand(bench: Bench) -> None:

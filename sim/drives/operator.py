@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from refseq_bench.robots import Twist
-from refseq_bench.robots.motion import towards
+from refseq_bench.robots.motion import Limits
 from refseq_bench.robots.planar import wrapped
 from refseq_bench.robots.wandering import Wandering
 from refseq_bench.sim.bench.polyline import Polyline, polyline
@@ -78,6 +78,11 @@ class OperatorStyle:
         for key in ("speed", "speed_time", *ways, *limits):
             if not 0 < getattr(self, key) < math.inf:
                 raise SimError(f"operator: {key} = {getattr(self, key)} must be positive and finite")
+
+    @property
+    def limits(self) -> Limits:
+        """The greatest speeds that this person drives at, and changes of them."""
+        return Limits(self.max_speed, self.max_angular, self.acceleration, self.angular_acceleration)
 
 
 STYLES: Mapping[str, OperatorStyle] = {
@@ -146,7 +151,7 @@ class Operator:
         elapsed = self._elapsed(time)
         self._advance(pose, elapsed)
         wanted = Twist() if self.finished else self._steer(pose)
-        self._last = self._eased(wanted, elapsed)
+        self._last = self._style.limits.approached(self._last, wanted, elapsed)
         return self._last
 
     def _elapsed(self, time: float) -> float:
@@ -191,14 +196,6 @@ class Operator:
         style = self._style
         uneven = min(max(style.speed + self._speed.value, style.speed / 3), style.max_speed)
         return min(uneven, math.sqrt(2 * style.acceleration * remaining))
-
-    def _eased(self, wanted: Twist, elapsed: float) -> Twist:
-        """Go towards ``wanted`` as far as the accelerations allow."""
-        style = self._style
-        return Twist(
-            towards(self._last.linear, wanted.linear, style.acceleration * elapsed),
-            towards(self._last.angular, wanted.angular, style.angular_acceleration * elapsed),
-        )
 
 
 def _split_at_reversals(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:

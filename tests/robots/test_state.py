@@ -2,8 +2,13 @@
 
 import pytest
 
-from refseq_bench.robots import RobotState, Twist
+from refseq_bench.robots import Cause, RobotState, Stop, Twist
 from refseq_bench.robots.state import STANDS
+
+
+def test_a_stop_in_words_is_its_cause_and_what_was_read() -> None:
+    assert str(Stop(Cause.SONAR, "0.30 m ahead", 2.0)) == "sonar: 0.30 m ahead"
+    assert str(Stop(Cause.SONAR, "", 2.0)) == "sonar"
 
 
 @pytest.mark.parametrize("linear", [0.0, 0.9 * STANDS, -0.9 * STANDS, STANDS, -0.5])

@@ -12,6 +12,7 @@ from refseq_bench.robots.behaviours.lamp.until import Until
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
 from refseq_bench.robots.behaviours.sensing.room import SIDE_MARGIN
 from refseq_bench.robots.behaviours.sensing.sonar_filter import abeam
+from refseq_bench.robots.behaviours.sensing.sonar_ring import cone_middles
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.behaviours.steering import turn_rate_onto
 from refseq_bench.robots.motion import Twist
@@ -71,7 +72,7 @@ class _SideEchoes:
 
     def __init__(self, robot: RobotDescription, side: WallSide) -> None:
         self._count, self._numbers = len(robot.sonars), abeam(robot, side.value)
-        self._rangers = np.array([robot.sonars[number] for number in self._numbers], np.float64).reshape(-1, 3)
+        self._rangers = tuple(robot.sonars[number] for number in self._numbers)
         self._heard: deque[tuple[float, NDArray[np.float64]]] = deque()
         self._newest = -math.inf
 
@@ -80,19 +81,12 @@ class _SideEchoes:
         state = senses.state
         if state.time > self._newest and state.sonar is not None and len(state.sonar) == self._count:
             self._newest = state.time
-            self._heard.append((state.distance, self._points(state.sonar, state.pose)))
+            echoes = cone_middles(self._rangers, state.sonar[self._numbers], REACH)
+            self._heard.append((state.distance, out_of(state.pose, echoes)))
         while self._heard and state.distance - self._heard[0][0] > REMEMBERED:
             self._heard.popleft()
         points = np.concatenate([np.empty((0, 2)), *(points for _, points in self._heard)])
         return _resistant(along, points) if len(points) >= FEW else None
-
-    def _points(self, sonar: NDArray[np.float64], pose: PlanarPose) -> NDArray[np.float64]:
-        """Echoes (m, 2) in the middle of their cones."""
-        ranges = sonar[self._numbers]
-        near = (ranges >= 0) & (ranges < REACH)
-        x, y, bearing = self._rangers[near].T
-        ends = np.stack([x + ranges[near] * np.cos(bearing), y + ranges[near] * np.sin(bearing)], axis=1)
-        return out_of(pose, ends)
 
 
 def _resistant(along: DirectedLine, points: NDArray[np.float64]) -> DirectedLine | None:

@@ -30,7 +30,7 @@ class Narrow(Guarded):
         self._sides = [abeam(robot, side) for side in (1, -1)]
         sideways = np.concatenate(self._sides)
         self._tail = robot.shape.behind + min(robot.sonars[number].x for number in sideways)
-        self._filter, self._travelled = SonarFilter(robot), Travelled()
+        self._filter, self._travelled = SonarFilter(robot.sonars), Travelled()
         self._way: DirectedLine | None = None
         self._entered = self._left = math.inf  # path lengths at which it was in the opening, and its sonars were out
 

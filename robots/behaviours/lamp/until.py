@@ -7,7 +7,7 @@ import math
 from typing import Protocol
 
 from refseq_bench.robots.behaviours.behaviour import RobotDescription, Senses
-from refseq_bench.robots.behaviours.phases import SETTLED, TURNED
+from refseq_bench.robots.behaviours.phases import TURNED, Settled, Travelled
 from refseq_bench.robots.behaviours.sensing.sonar_filter import SonarFilter
 from refseq_bench.robots.behaviours.steering import speed_for, turn_speed
 from refseq_bench.robots.motion import Limits, Twist
@@ -32,7 +32,7 @@ class Turned:
     def __init__(self, angle: float) -> None:
         self._angle, self._left = angle, angle
         self._start: float | None = None
-        self._there_since: float | None = None
+        self._settled = Settled()
 
     def reached(self, senses: Senses) -> str:
         """Say that it has turned."""
@@ -40,11 +40,7 @@ class Turned:
         if self._start is None:
             self._start = heading
         self._left = self._angle - (heading - self._start)
-        if abs(self._left) >= TURNED:
-            self._there_since = None
-            return ""
-        self._there_since = senses.now if self._there_since is None else self._there_since
-        if senses.now - self._there_since < SETTLED:
+        if not self._settled.look(self._left, senses.now):
             return ""
         turned, asked = (math.degrees(angle) for angle in (heading - self._start, self._angle))
         return f"turned by {turned:.1f}° of {asked:.0f}° by the odometer"
@@ -62,13 +58,11 @@ class Gone:
 
     def __init__(self, length: float) -> None:
         self._length, self._left = length, length
-        self._start: float | None = None
+        self._travelled = Travelled()
 
     def reached(self, senses: Senses) -> str:
         """Say that it has gone so far."""
-        if self._start is None:
-            self._start = senses.distance
-        gone = abs(senses.distance - self._start)
+        gone = abs(self._travelled.so_far(senses))
         self._left = self._length - gone
         return f"gone {gone:.3f} m of {self._length:g} m by the odometer" if self._left < ARRIVED else ""
 
@@ -83,7 +77,7 @@ class Near:
 
     def __init__(self, robot: RobotDescription, sonar: int, near: float) -> None:
         self._sonar, self._near = sonar, near
-        self._filter = SonarFilter(robot)
+        self._filter = SonarFilter(robot.sonars)
 
     def reached(self, senses: Senses) -> str:
         """Say what it reads."""

@@ -6,30 +6,33 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq_bench.robots.behaviours.behaviour import RobotDescription, Senses
-from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY
+from refseq_bench.robots.behaviours.behaviour import Ranger, RobotDescription, Senses
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.robots.planar import wrapped
 
+HISTORY = 1.2
+"""Length of a sonar's history of which the median counts, as single readings err [s]: a choice, three times what the
+slowest robot takes until a sonar has its turn again."""
 ABEAM = math.radians(30)
 """A sonar looks to a side that looks no farther than this off it: a choice."""
 
 
 class SonarFilter:
-    """The readings of the last moments (``HISTORY``), of each sonar the middle one."""
+    """The readings of the last moments (``HISTORY``), of each of ``sonars`` the middle one; no range is a far one."""
 
-    def __init__(self, robot: RobotDescription) -> None:
-        self._count = len(robot.sonars)
+    def __init__(self, sonars: tuple[Ranger, ...]) -> None:
+        self._count = len(sonars)
         self._heard: deque[tuple[float, NDArray[np.float64]]] = deque()
 
-    def look(self, senses: Senses) -> None:
-        """Take in what is new."""
+    def look(self, senses: Senses) -> bool:
+        """Take in what is new; false where the sonars told nothing."""
         heard = senses.state.sonar
         if heard is None or len(heard) != self._count:
-            return
+            return False
         self._heard.append((senses.now, np.where(heard >= 0, heard, np.inf)))
         while senses.now - self._heard[0][0] > HISTORY:
             self._heard.popleft()
+        return True
 
     @property
     def steady(self) -> bool:

@@ -86,12 +86,14 @@ class Surroundings:
 def thinned(points: NDArray[np.float64], cell: float = CELL) -> NDArray[np.float64]:
     """The mean of the points in each square of a grid: as many, then, near the robot as far away.
 
-    Squares are counted from the points' own corner: an ill odometer may be so far off that none has a number.
+    Squares are in order of x, then of y. They stay floats: an ill odometer may be so far off that none has a number.
     """
     if not len(points):
         return points
     squares = np.floor(points / cell)
-    _, square = np.unique((squares - squares.min(axis=0)).astype(np.int64), axis=0, return_inverse=True)
-    square = square.ravel()
+    order = np.lexsort((squares[:, 1], squares[:, 0]))
+    others = (squares[order[1:]] != squares[order[:-1]]).any(axis=1)
+    square = np.zeros(len(points), np.intp)
+    square[order[1:]] = np.cumsum(others)
     count = np.bincount(square)
     return np.stack([np.bincount(square, points[:, k]) / count for k in (0, 1)], axis=1)

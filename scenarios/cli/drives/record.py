@@ -185,7 +185,7 @@ def tell_of(led: "TeleopResult", output: Path) -> None:
     sensed = ", ".join(sorted(led.recording.sensors))
     say(out, f"{output}: {plural(len(led.recording.views), 'view')} of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
     for stop in led.stops:
-        say(out, f"stopped at {stop.since:.1f} s: {stop.cause.value}: {stop.detail}")
+        say(out, f"stopped at {stop.since:.1f} s: {stop}")
 
 
 def _by_script(session: "TeleopDrive", output: Path, script: Path, form: FormatName) -> "TeleopResult":

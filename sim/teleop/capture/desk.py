@@ -186,7 +186,7 @@ def _known() -> tuple[type[Exception], ...]:
 def _told(status: SessionStatus, speed: float) -> dict[str, Any]:
     """A status in words."""
     moved, going = status.moved, GOES_ON.get(status.phase)
-    stops = [f"stopped: {one.cause.value}: {one.detail}" for one in status.stops]
+    stops = [f"stopped: {one}" for one in status.stops]
     last = "none yet" if status.view is None else f"at {status.view.time:.1f} s"
     rate = f", {status.rate:.1f} a minute" if status.count > 1 else ""
     return {

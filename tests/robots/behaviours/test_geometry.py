@@ -14,7 +14,8 @@ from refseq_bench.robots.behaviours.moves import driven
 from refseq_bench.robots.behaviours.sensing.lanes import LANE_MARGIN, choose_lane, lanes
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
 from refseq_bench.robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead
-from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY, SonarEchoes
+from refseq_bench.robots.behaviours.sensing.sonar_filter import HISTORY
+from refseq_bench.robots.behaviours.sensing.sonar_ring import SonarEchoes
 from refseq_bench.robots.behaviours.sensing.surroundings import CELL, thinned
 from refseq_bench.robots.behaviours.sensing.wall import SearchWindow, find_wall
 from refseq_bench.robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
@@ -156,6 +157,15 @@ def test_thinning_leaves_one_point_in_a_square() -> None:
     assert len(np.unique(np.floor(thin / CELL), axis=0)) == len(thin)
 
 
+@given(points=st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=60), cell=st.sampled_from([CELL, 3.0]))
+def test_thinning_is_the_mean_of_each_square_in_their_order(points: list[tuple[float, float]], cell: float) -> None:
+    squares: dict[tuple[float, ...], list[tuple[float, float]]] = {}
+    for x, y in points:
+        squares.setdefault((math.floor(x / cell), math.floor(y / cell)), []).append((x, y))
+    means = np.array([np.mean(squares[square], axis=0) for square in sorted(squares)])
+    assert thinned(np.array(points), cell) == pytest.approx(means, abs=1e-12)
+
+
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("far", [1e6, 1e18, 1e300])
 def test_thinning_is_the_same_where_an_ill_odometer_is_far_off(far: float) -> None:
@@ -179,3 +189,14 @@ def test_an_echo_counts_that_is_heard_for_most_of_the_time_and_no_stray_one() ->
     found = [heard(1.6 + 0.04 * k, 1.0, 1.0) for k in range(round(HISTORY / 0.04))]
     assert found[-1] == pytest.approx(np.array([[1.2, 0.0], [0.0, 1.3]]))
     assert len(found[0]) == 0
+
+
+@pytest.mark.parametrize("none", [-1.0, math.nan, math.inf])
+def test_a_reading_of_no_range_is_a_far_one(none: float) -> None:
+    """An echo in a fifth of the time is stray, and in three fifths it counts, whatever the others read."""
+    for stray, points in ((1, 0), (3, 1)):
+        echoes = SonarEchoes((Ranger(0.2, 0.0, 0.0),))
+        readings = [none] * 2 + [1.0] * stray + [math.inf] * (3 - stray)
+        for k, reading in enumerate(readings):
+            found = echoes.points(Senses(RobotState(time=0.1 * k, sonar=np.array([reading])), None, 0.1 * k))
+        assert len(found) == points

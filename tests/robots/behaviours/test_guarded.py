@@ -121,6 +121,26 @@ def test_an_odometer_without_a_number_is_waited_for(where: str) -> None:
     assert Asking(AHEAD).step(Senses(state, FREE, 0.0)) == waiting("the odometer reads no number")
 
 
+@pytest.mark.parametrize("lost", [math.nan, math.inf])
+def test_one_reading_of_no_number_is_forgotten_once_it_has_got_on(lost: float) -> None:
+    behaviour = Asking(AHEAD)
+    assert behaviour.step(at(0.0, distance=lost)).outcome is BehaviourOutcome.RUNNING
+    for k in range(1, 100):
+        assert behaviour.step(at(0.2 * k, distance=0.1 * k)) == AHEAD
+    behaviour.asked = waiting("a person")
+    assert behaviour.step(at(20.0, distance=10.0)) == waiting("a person")
+    assert behaviour.step(at(20.1 + PATIENCE, distance=10.0)).outcome is BehaviourOutcome.FAILED
+
+
+@pytest.mark.parametrize("lost", [math.nan, math.inf])
+@pytest.mark.parametrize("every", [1, 2])
+def test_an_odometer_that_reads_no_number_for_long_fails_it(lost: float, every: int) -> None:
+    """Also where every second reading is one, and the robot does not get on."""
+    behaviour = Asking(waiting("a person"))
+    looks = [at(0.1 * k, distance=0.0 if k % every else lost) for k in range(round(PATIENCE / 0.1) + 2)]
+    assert [behaviour.step(look).outcome for look in looks][-1] is BehaviourOutcome.FAILED
+
+
 def test_after_the_end_it_says_stop_with_the_same_reason_whatever_comes() -> None:
     behaviour = Asking(finished("there"))
     assert behaviour.step(at(0.0)) == finished("there")

@@ -15,8 +15,7 @@ from refseq_bench.robots.behaviours.lamp.beside import Beside, keeps
 from refseq_bench.robots.behaviours.lamp.dead_reckoned import DeadReckoned
 from refseq_bench.robots.behaviours.lamp.narrow import Narrow
 from refseq_bench.robots.behaviours.lamp.until import Gone, Near, Turned
-from refseq_bench.robots.behaviours.sensing.sonar_filter import abeam
-from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY
+from refseq_bench.robots.behaviours.sensing.sonar_filter import HISTORY, abeam
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.robots.odometry import along_arc

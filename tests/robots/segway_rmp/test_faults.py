@@ -1,8 +1,9 @@
 """The RMP when something is wrong: sensors without numbers, falls, wheels that jam, a place too far off."""
 
 import math
+import struct
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import mujoco
 import numpy as np
@@ -11,11 +12,11 @@ import pytest
 from refseq_bench import robots
 from refseq_bench.robots import Cause, Signals, Twist
 from refseq_bench.robots.odometry import Pulses, true_geometry
-from refseq_bench.robots.segway_rmp import LIMITS, MOUNTING, SHAPE, build
-from refseq_bench.robots.segway_rmp.balance import GainSet, balancer
+from refseq_bench.robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
+from refseq_bench.robots.segway_rmp.balance import balancer
 from refseq_bench.robots.segway_rmp.control import MARGIN, SegwayControl
 from refseq_bench.robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, SegwayFirmware
-from refseq_bench.robots.segway_rmp.protocol import Config, Mode, SegwayCommand, StatusBits, StatusFrame
+from refseq_bench.robots.segway_rmp.protocol import Config, GainSet, Mode, SegwayCommand, StatusBits, StatusFrame
 from refseq_bench.robots.segway_rmp.sensors import LOST_AFTER
 from refseq_bench.robots.signals import Inertial
 from refseq_bench.sim.sensors.inertial import InertialModel
@@ -130,6 +131,64 @@ def test_one_that_fell_stays_off_until_it_is_set_up_and_released() -> None:
     assert machine.speed == pytest.approx(0.5, abs=0.05)
 
 
+def bodiless(*, tail: bool) -> SegwayControl:
+    """The Control layer of a machine whose signals a test makes up."""
+    return SegwayControl(build(tail=tail), LIMITS, SHAPE, MOUNTING, true_geometry(DRIVE))
+
+
+@pytest.mark.parametrize("ticks", range(20, 24))
+@pytest.mark.parametrize("fault", [Inertial(pitch=math.radians(70)), Inertial(roll=math.radians(70)), Inertial(NAN)])
+def test_a_release_works_in_every_tick(fault: Inertial, ticks: int) -> None:
+    """Commands go down every second tick: until then the machine tells of what it is about to forget."""
+    control, time = bodiless(tail=False), 0.0
+    for inertial in [Inertial()] * 20 + [fault] * 20 + [Inertial()] * ticks:
+        time += PERIOD
+        control.command(STAND)
+        control.tick(Signals(time=time, pulses=Pulses(0, 0), inertial=inertial))
+    assert not control.state.free, "it holds until somebody releases it"
+    control.release()
+    for _ in range(6):
+        time += PERIOD
+        control.tick(Signals(time=time, pulses=Pulses(0, 0)))
+        assert control.state.free
+    assert control.state.mode == "balance"
+
+
+@pytest.mark.parametrize("ticks", [20, 21])
+def test_a_release_of_what_still_lies_there_does_not_help(ticks: int) -> None:
+    control, time = bodiless(tail=False), 0.0
+    for _ in range(ticks):
+        time += PERIOD
+        control.release()
+        control.tick(Signals(time=time, pulses=Pulses(0, 0), inertial=Inertial(pitch=math.radians(70))))
+    control.tick(Signals(time=time + PERIOD, pulses=Pulses(0, 0), inertial=Inertial(pitch=math.radians(70))))
+    assert Cause.TIPPED in {stop.cause for stop in control.state.stops}
+
+
+def test_released_after_a_fall_it_has_forgotten_what_it_leaned_against() -> None:
+    """A long push sums up errors of place, and the lean against it; nobody tells the machine that it was set up."""
+    machine = Machine(inertial=InertialModel()).go(2.0, STAND)
+    machine.push = -25.0, 0.0, 0.0
+    machine.go(20.0, STAND)
+    assert machine.pitch > math.radians(5), "it leans against the push"
+    machine.push = -400.0, 0.0, 0.0
+    machine.go(0.6, STAND)
+    machine.push = 0.0, 0.0, 0.0
+    machine.go(2.0, STAND)
+    assert machine.causes == {Cause.TIPPED}
+    for _ in range(200):  # it is held upright for 2 s, in which its estimate of the pitch comes after
+        machine.data.joint("r/base").qpos[2:] = (0.0, 1.0, 0.0, 0.0, 0.0)
+        machine.data.qvel[:] = 0.0
+        mujoco.mj_forward(machine.model, machine.data)
+        machine.go(PERIOD, STAND)
+    released, place = machine.data.time, machine.axle[0]
+    machine.control.release()
+    way = machine.go(6.0, STAND).since(released)
+    assert machine.control.state.free
+    assert np.abs(way[:, 4]).max() < math.radians(4)
+    assert np.abs(way[:, 1] - place).max() < 0.08
+
+
 def test_twelve_feet_off_its_place_it_goes_into_tractor_mode() -> None:
     firmware = SegwayFirmware(build(tail=False))
     place, time = 0.0, 0.0
@@ -197,6 +256,51 @@ def test_held_back_by_a_wall_it_gives_up_and_stands() -> None:
     assert machine.axle[0] < 2.3 - MARGIN
 
 
+def against_an_edge() -> Machine:
+    """The machine on its tail, stuck at an edge as high as its deck; nothing sways there: no wheel turns by itself."""
+    edge = ((2.4, 0.0, 0.49), (0.1, 1.0, 0.05))
+    machine = Machine("segway_rmp-tractor", inertial=InertialModel(), boxes=(edge,)).go(8.0, Twist(0.8, 0.0))
+    assert machine.causes == {Cause.STUCK}
+    return machine
+
+
+def test_stuck_on_its_tail_it_drives_back_once_released() -> None:
+    machine = against_an_edge()
+    stood = machine.axle[0]
+    machine.go(2.0, Twist(-0.3, 0.0))
+    assert Cause.STUCK in machine.causes, "it holds until somebody releases it"
+    assert machine.axle[0] == pytest.approx(stood, abs=0.01)
+    machine.control.release()
+    machine.go(3.0, Twist(-0.3, 0.0))
+    assert machine.control.state.free
+    assert stood - machine.axle[0] > 0.5
+
+
+def test_stuck_on_its_tail_it_is_stuck_again_where_nothing_was_taken_away() -> None:
+    machine = against_an_edge()
+    machine.control.release()
+    machine.go(3.0, Twist(0.8, 0.0))
+    assert Cause.STUCK in machine.causes
+
+
+def test_a_push_before_it_was_set_down_does_not_count() -> None:
+    control, time = bodiless(tail=True), 0.0
+
+    def pushed() -> bool:
+        """8 ticks at 60 N·m, most of the impulse that a jammed wheel takes."""
+        nonlocal time
+        for _ in range(8):
+            time += PERIOD
+            control.command(STAND)
+            control.tick(Signals(time=time, pulses=Pulses(0, 0), torques=(60.0, 60.0)))
+        return any(stop.cause is Cause.STUCK for stop in control.state.stops)
+
+    assert not pushed()
+    control.rest()
+    assert not pushed()
+    assert pushed(), "both together are a jam"
+
+
 def test_set_down_elsewhere_it_stands_there_and_its_odometer_has_not_noticed() -> None:
     machine = Machine(inertial=InertialModel()).go(4.0, Twist(1.0, 0.0))
     before = machine.control.odometry
@@ -210,12 +314,16 @@ def test_set_down_elsewhere_it_stands_there_and_its_odometer_has_not_noticed() -
     assert abs(machine.speed) < 0.02
 
 
+STATUS = struct.Struct(">HhhhhhhiiiihhHHhhI")
+"""Words of a status, in the order of its fields."""
+
+
 def test_status_frames_of_a_drive_can_be_sent() -> None:
     machine = Machine(inertial=InertialModel())
     for _ in range(50):
         machine.go(0.1, Twist(1.0, 0.3))
         status = machine.control.status
-        assert StatusFrame.decode(status.encode()) == status
+        assert STATUS.unpack(STATUS.pack(*astuple(status))) == astuple(status)
     assert status.forward / 33215 == pytest.approx(machine.control.state.distance, abs=0.01)
     assert status.yaw / 112644 * 2 * math.pi == pytest.approx(machine.control.odometry.heading, abs=0.01)
     assert true_geometry(machine.robot.drive).track == 0.54

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.robots.segway_rmp import PULSES_PER_TURN, WHEEL_JOINTS, get_spec
-from refseq_bench.robots.segway_rmp.balance import LOADS, GainSet, balancer, carrying, with_integral
+from refseq_bench.robots.segway_rmp.balance import LOADS, balancer, carrying, with_integral
 from refseq_bench.robots.segway_rmp.firmware import PERIOD
 from refseq_bench.robots.segway_rmp.plant import GRAVITY, Course, Plant, plant_of
+from refseq_bench.robots.segway_rmp.protocol import GainSet
 from tests.robots.balancing import Machine
 
 
