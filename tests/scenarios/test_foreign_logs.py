@@ -228,7 +228,6 @@ truth = "second/truth.tum"
 late = {{ camera-1 = -0.015 }}
 [localise]
 methods = ["best/chain"]
-judged = "best/chain"
 """
 
 

@@ -321,8 +321,9 @@ class Scenario(Declared):
 
     @property
     def judged(self) -> str:
-        """The method that is judged where an expectation names none."""
-        return self.localise.judged or f"{self.localise.profile}/chain"
+        """The method that is judged where an expectation names none: by default the only one, or our chain."""
+        alone = self.methods[0] if len(self.methods) == 1 else None
+        return self.localise.judged or alone or f"{self.localise.profile}/chain"
 
 
 class MissionScenario(Declared):

@@ -244,8 +244,8 @@ BAD = {
         "expect: 'success_hmm >= 80 % over 2 seeds': 'thesis/chain' does not run here; valid are vlad",
     ),
     "nobody judged": (
-        HEAD + BODY + '[localise]\nmethods = ["vlad"]\n',
-        "localise.judged: missing, and its default 'thesis/chain' does not run here; valid are vlad",
+        HEAD + BODY + '[localise]\nmethods = ["vlad", "ransac"]\n',
+        "localise.judged: missing, and its default 'thesis/chain' does not run here; valid are vlad, ransac",
     ),
     "feature": (
         GOOD + '[localise]\nlearn.features = ["walls", "smell"]\n',
@@ -560,6 +560,11 @@ steps = 100
     assert isinstance(query, Drive)
     assert (query.waypoints, query.start, query.end, query.faults) == (((1.0, 0.0), (4.0, 0.0)), 0.0, 3.0, ())
     assert (query.trigger, query.patience, query.change) == (reference.trigger, 4.0, "few")
+
+
+def test_who_runs_alone_is_judged(tmp_path: Path) -> None:
+    assert only_case(tmp_path, HEAD + BODY + '[localise]\nmethods = ["vlad"]\n').scenario.judged == "vlad"
+    assert only_case(tmp_path, HEAD + BODY).scenario.judged == "thesis/chain"
 
 
 def test_noise_on_a_log_s_odometry_differs_from_seed_to_seed_where_it_is_asked_for(tmp_path: Path) -> None:
