@@ -1,11 +1,12 @@
-"""The machine's frames, in counts: commands go down, a status comes up every tick.
+"""The machine's frames, in counts: commands go down, a status comes up every tick. Words are big-endian.
 
-Scale factors and words as libsegwayrmp and Orca have them; a status in one piece is a choice (the machine spreads it
-over eight CAN messages).
+Scale factors and words as libsegwayrmp and Orca have them; the layout of the status in one piece is a choice (the
+machine spreads it over eight CAN messages).
 """
 
 import math
-from dataclasses import dataclass
+import struct
+from dataclasses import astuple, dataclass, fields
 from enum import IntEnum, IntFlag
 
 from refseq_bench.robots.errors import RobotsError
@@ -95,6 +96,24 @@ class SegwayCommand:
             listed = ", ".join(map(str, sorted(valid)))
             raise RobotsError(f"command: parameter {self.parameter} of {self.config.name}: valid are {listed}")
 
+    def encode(self) -> bytes:
+        """Return the eight bytes of the frame."""
+        return _COMMAND.pack(self.velocity, self.turn, self.config, self.parameter)
+
+    @classmethod
+    def decode(cls, frame: bytes) -> "SegwayCommand":
+        """Read a frame; raises ``RobotsError`` for one that the machine would refuse."""
+        if len(frame) != _COMMAND.size:
+            raise RobotsError(f"command frame of {len(frame)} bytes: {_COMMAND.size} are needed")
+        velocity, turn, config, parameter = _COMMAND.unpack(frame)
+        if config not in set(Config):
+            listed = ", ".join(map(str, sorted(Config)))
+            raise RobotsError(f"command: configuration word {config}: valid are {listed}")
+        return cls(velocity, turn, Config(config), parameter)
+
+
+_COMMAND = struct.Struct(">hhHH")
+
 
 def _check_within(name: str, value: int, most: int) -> None:
     if not -most <= value <= most:
@@ -128,6 +147,29 @@ class StatusFrame:
     velocity_command: int = 0
     turn_command: int = 0
     words: StatusBits = QUIET
+
+    def encode(self) -> bytes:
+        """Return the bytes of the frame."""
+        return _STATUS.pack(*astuple(self))
+
+    @classmethod
+    def decode(cls, frame: bytes) -> "StatusFrame":
+        """Read a frame; raises ``RobotsError`` for one that is none."""
+        if len(frame) != _STATUS.size:
+            raise RobotsError(f"status frame of {len(frame)} bytes: {_STATUS.size} are needed")
+        told = dict(zip((item.name for item in fields(cls)), _STATUS.unpack(frame), strict=True))
+        for name, kind in (("mode", Mode), ("gain_set", GainSet)):
+            if told[name] not in set(kind):
+                listed = ", ".join(map(str, sorted(kind)))
+                raise RobotsError(f"status: {name} word {told[name]}: valid are {listed}")
+            told[name] = kind(told[name])
+        if told["words"] & ~_KNOWN:
+            raise RobotsError(f"status: words {told['words']:#x} have bits that nobody knows: valid are {_KNOWN:#x}")
+        return cls(**{**told, "words": StatusBits(told["words"])})
+
+
+_STATUS = struct.Struct(">HhhhhhhiiiihhHHhhI")
+_KNOWN = sum(StatusBits)
 
 
 def counts(value: float, scale: float, bits: int = 16) -> int:

@@ -1,9 +1,8 @@
 """The RMP when something is wrong: sensors without numbers, falls, wheels that jam, a place too far off."""
 
 import math
-import struct
 from collections.abc import Callable
-from dataclasses import astuple, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -314,16 +313,12 @@ def test_set_down_elsewhere_it_stands_there_and_its_odometer_has_not_noticed() -
     assert abs(machine.speed) < 0.02
 
 
-STATUS = struct.Struct(">HhhhhhhiiiihhHHhhI")
-"""Words of a status, in the order of its fields."""
-
-
 def test_status_frames_of_a_drive_can_be_sent() -> None:
     machine = Machine(inertial=InertialModel())
     for _ in range(50):
         machine.go(0.1, Twist(1.0, 0.3))
         status = machine.control.status
-        assert STATUS.unpack(STATUS.pack(*astuple(status))) == astuple(status)
+        assert StatusFrame.decode(status.encode()) == status
     assert status.forward / 33215 == pytest.approx(machine.control.state.distance, abs=0.01)
     assert status.yaw / 112644 * 2 * math.pi == pytest.approx(machine.control.odometry.heading, abs=0.01)
     assert true_geometry(machine.robot.drive).track == 0.54

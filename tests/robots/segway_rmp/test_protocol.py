@@ -1,6 +1,8 @@
-"""The RMP's frames: a command holds nothing that the machine would refuse, and any number fits its word."""
+"""The RMP's frames: what goes out comes back, and nothing that is none gets in."""
 
 import math
+import struct
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
@@ -20,6 +22,8 @@ from refseq_bench.robots.segway_rmp.protocol import (
     GainSet,
     Mode,
     SegwayCommand,
+    StatusBits,
+    StatusFrame,
     counts,
 )
 
@@ -29,19 +33,26 @@ SETTINGS = [
     *((Config.MODE, mode) for mode in Mode),
     (Config.RESET_INTEGRATORS, RESET_FOREAFT),
 ]
-words = (
-    st.integers(-(2**15), 2**15 - 1)
-    | st.integers(-TOP_TURN, TOP_TURN)
-    | st.sampled_from([side * (most + more) for side in (-1, 1) for most in (TOP_SPEED, TOP_TURN) for more in (0, 1)])
+words, longs = st.integers(-(2**15), 2**15 - 1), st.integers(-(2**31), 2**31 - 1)
+statuses = st.builds(
+    StatusFrame,
+    frames=st.integers(0, 2**16 - 1),
+    **dict.fromkeys(["pitch", "pitch_rate", "roll", "yaw_rate", "left_speed", "right_speed"], words),
+    **dict.fromkeys(["left", "right", "forward", "yaw"], longs),
+    **dict.fromkeys(["left_torque", "right_torque", "velocity_command", "turn_command"], words),
+    mode=st.sampled_from(Mode),
+    gain_set=st.sampled_from(GainSet),
+    words=st.sets(st.sampled_from(list(StatusBits))).map(lambda bits: StatusBits(sum(bits))),
 )
 
 
-def complaint(velocity: int, turn: int, config: Config, parameter: int) -> str:
-    """What is wrong with the words of a command; nothing where the machine takes them."""
+def complaint(decode: Callable[[bytes], SegwayCommand | StatusFrame], frame: bytes) -> str:
+    """What is wrong with a frame; nothing where it is one, and then it comes out again as it went in."""
     try:
-        SegwayCommand(velocity, turn, config, parameter)
+        told = decode(frame)
     except RobotsError as error:
         return str(error)
+    assert told.encode() == frame
     return ""
 
 
@@ -51,30 +62,62 @@ def test_scale_factors_are_those_of_the_machine() -> None:
     assert pytest.approx(3.54, abs=0.003) == TOP_SPEED / COUNTS_PER_SPEED
 
 
-@given(velocity=words, turn=words, setting=st.sampled_from(SETTINGS))
-def test_a_command_is_within_what_the_machine_takes(velocity: int, turn: int, setting: tuple[Config, int]) -> None:
-    fits = abs(velocity) <= TOP_SPEED and abs(turn) <= TOP_TURN
-    assert (complaint(velocity, turn, *setting) == "") == fits
+@given(
+    velocity=st.integers(-TOP_SPEED, TOP_SPEED),
+    turn=st.integers(-TOP_TURN, TOP_TURN),
+    setting=st.sampled_from(SETTINGS),
+)
+def test_a_command_comes_back_from_its_frame(velocity: int, turn: int, setting: tuple[Config, int]) -> None:
+    command = SegwayCommand(velocity, turn, *setting)
+    assert SegwayCommand.decode(command.encode()) == command
 
 
-@given(config=st.sampled_from(Config), parameter=st.integers(-1, 20) | words)
-def test_a_setting_is_one_that_the_machine_has(config: Config, parameter: int) -> None:
-    wrong = complaint(0, 0, config, parameter)
-    assert (wrong == "") == ((config, parameter) in SETTINGS)
-    assert "\n" not in wrong
+def test_a_command_frame_is_four_words() -> None:
+    assert SegwayCommand(-332, 78, Config.MODE, Mode.TRACTOR).encode() == bytes.fromhex("feb4 004e 0010 0001")
+
+
+@given(status=statuses)
+def test_a_status_comes_back_from_its_frame(status: StatusFrame) -> None:
+    again = StatusFrame.decode(status.encode())
+    assert again == status
+    assert (type(again.mode), type(again.gain_set), type(again.words)) == (Mode, GainSet, StatusBits)
+
+
+@given(frame=st.binary(max_size=70))
+def test_bytes_are_a_command_that_gives_them_back_or_refused_in_one_line(frame: bytes) -> None:
+    assert "\n" not in complaint(SegwayCommand.decode, frame)
+
+
+@given(frame=st.binary(min_size=8, max_size=8))
+def test_no_eight_bytes_are_more_than_the_machine_takes(frame: bytes) -> None:
+    velocity, turn, config, parameter = struct.unpack(">hhHH", frame)
+    fits = abs(velocity) <= TOP_SPEED and abs(turn) <= TOP_TURN and (config, parameter) in SETTINGS
+    assert (complaint(SegwayCommand.decode, frame) == "") == fits
+
+
+STATUS_SIZE = len(StatusFrame().encode())
+
+
+@given(frame=st.one_of(st.binary(max_size=70), st.binary(min_size=STATUS_SIZE, max_size=STATUS_SIZE)))
+def test_bytes_are_a_status_that_gives_them_back_or_refused_in_one_line(frame: bytes) -> None:
+    assert "\n" not in complaint(StatusFrame.decode, frame)
 
 
 @pytest.mark.parametrize(
-    ("told", "message"),
+    ("frame", "message"),
     [
-        ((1177, 0, Config.NONE, 0), "command: velocity word 1177 must be in [-1176, 1176]"),
-        ((0, -1025, Config.NONE, 0), "command: turn word -1025 must be in [-1024, 1024]"),
-        ((0, 0, Config.GAIN_SET, 3), "command: parameter 3 of GAIN_SET: valid are 0, 1, 2"),
-        ((0, 0, Config.NONE, 5), "command: parameter 5 of NONE: valid are 0"),
+        (b"", "command frame of 0 bytes: 8 are needed"),
+        (struct.pack(">hhHH", 1177, 0, 0, 0), "command: velocity word 1177 must be in [-1176, 1176]"),
+        (struct.pack(">hhHH", 0, -1025, 0, 0), "command: turn word -1025 must be in [-1024, 1024]"),
+        (struct.pack(">hhHH", 0, 0, 7, 0), "command: configuration word 7: valid are 0, 13, 16, 50"),
+        (struct.pack(">hhHH", 0, 0, 13, 3), "command: parameter 3 of GAIN_SET: valid are 0, 1, 2"),
+        (struct.pack(">hhHH", 0, 0, 0, 5), "command: parameter 5 of NONE: valid are 0"),
     ],
 )
-def test_a_wrong_command_is_told(told: tuple[int, int, Config, int], message: str) -> None:
-    assert complaint(*told) == message
+def test_a_wrong_command_is_told(frame: bytes, message: str) -> None:
+    with pytest.raises(RobotsError) as error:
+        SegwayCommand.decode(frame)
+    assert str(error.value) == message
 
 
 @given(value=st.floats(-29.9, 29.9))
