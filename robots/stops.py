@@ -58,6 +58,23 @@ class Stops:
         return let_through(self._held.values(), twist)
 
 
+class StopLog:
+    """All stops that held at some time, each once, in the order in which they came."""
+
+    def __init__(self) -> None:
+        self._heard: dict[tuple[Cause, float], Stop] = {}
+
+    @property
+    def heard(self) -> tuple[Stop, ...]:
+        """All of them."""
+        return tuple(self._heard.values())
+
+    def hear(self, stops: Iterable[Stop]) -> None:
+        """Note those that hold now."""
+        for stop in stops:
+            self._heard.setdefault((stop.cause, stop.since), stop)
+
+
 def let_through(stops: Iterable[Stop], twist: Twist) -> Twist:
     """Return what ``stops`` let through of a command: all, nothing, or turning and going the other way."""
     blocked = {stop.blocks for stop in stops}

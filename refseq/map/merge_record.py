@@ -50,12 +50,18 @@ class MergeRecord:
 
 
 def _member(table: Mapping[str, Any]) -> Member:
-    file, digest = table.get("file"), table.get("sha256")
+    file = table.get("file")
     if not isinstance(file, str) or not file or "\0" in file:
         raise ValueError(f"merged.members: file is {file!r:.80}; valid is a name")
+    return Member(file, sha256_of(table, "merged.members"))
+
+
+def sha256_of(table: Mapping[str, Any], where: str) -> str:
+    """Return the SHA-256 of a record's table; raises ``ValueError`` that says ``where`` for anything else."""
+    digest = table.get("sha256")
     if not isinstance(digest, str) or len(digest) != 64 or not DIGITS.issuperset(digest):
-        raise ValueError(f"merged.members: sha256 is {digest!r:.80}; valid are 64 hexadecimal digits")
-    return Member(file, digest)
+        raise ValueError(f"{where}: sha256 is {digest!r:.80}; valid are 64 hexadecimal digits")
+    return digest
 
 
 def _ruling(table: Mapping[str, Any]) -> Ruling:

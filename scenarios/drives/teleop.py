@@ -9,6 +9,7 @@ from refseq.logs import Recording, read_recording
 from refseq.logs.notes import noted
 from refseq.logs.writing import OutputFormat
 from refseq_bench.robots import Stop
+from refseq_bench.robots.stops import StopLog
 from refseq_bench.scenarios.drives.record import (
     OWN_FORMAT,
     Drive,
@@ -51,18 +52,17 @@ class TeleopDrive:
 
 @dataclass
 class StopRecorder:
-    """Passes on commands; keeps the robot's stops, each once, from the start on, and the last status."""
+    """Passes on commands; keeps the robot's stops from the start on, and the last status."""
 
     source: CommandSource
-    stops: dict[tuple[str, float], Stop] = field(default_factory=dict)
+    stops: StopLog = field(default_factory=StopLog)
     last: SessionStatus = field(default_factory=SessionStatus)
 
     def commands(self, status: SessionStatus) -> Commands:
         """Return the other source's commands of this control period."""
         self.last = status
         if status.phase is not SessionPhase.READY:  # while nobody has begun, nobody commands
-            for stop in status.stops:
-                self.stops.setdefault((stop.cause.value, stop.since), stop)
+            self.stops.hear(status.stops)
         return self.source.commands(status)
 
 
@@ -112,7 +112,7 @@ def record_by_hand(
             rig=sensor_rig(bench),
             whole=False,
         )
-        return TeleopResult(recording, tuple(stops.stops.values()), stops.last.time, stops.last.travelled)
+        return TeleopResult(recording, stops.stops.heard, stops.last.time, stops.last.travelled)
 
 
 def controls_in(path: Path) -> tuple[TimedCommand, ...]:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from refseq.missions.lamp import LampStage
+    from refseq_bench.robots.stops import StopLog
     from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourResult
 
 ON_THE_SPOT = 0.2
@@ -59,7 +60,7 @@ def read_program(path: Path) -> "tuple[LampStage, ...]":
 def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     """Run the program; what became of its stages, up to the first that failed."""
     from refseq_bench import robots
-    from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourResult, StopLog
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourResult
     from refseq_bench.sim.bench.bench import Bench
     from refseq_bench.sim.bench.settings import BenchSettings
     from refseq_bench.sim.missions.lamp import run_lamp
@@ -73,11 +74,11 @@ def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     stops = StopLog()
     world = build_world(plan, light_named("16:00"), pictured=False)
     with Bench(world, robot, route=asked.route, seed=asked.seed, settings=settings) as bench:
-        ended = run_lamp(bench, asked.stages, timeout=asked.timeout, each=lambda _: stops.hear(bench.state))
+        ended = run_lamp(bench, asked.stages, timeout=asked.timeout, each=lambda _: stops.hear(bench.state.stops))
     found, time = [], 0.0
     for number, done in enumerate(ended.stages, 1):
         since, time = time, time + done.time
-        held = tuple(stop for stop in stops.heard.values() if since <= stop.since < time)
+        held = tuple(stop for stop in stops.heard if since <= stop.since < time)
         found.append(BehaviourResult(f"{number}. {done.stage}", done.outcome, done.why, done.time, done.path, held))
     return found
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import matplotlib as mpl
 import numpy as np
@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose, in_world
 from refseq_bench import robots
-from refseq_bench.robots import RobotState, Stop
+from refseq_bench.robots import Stop
 from refseq_bench.robots.behaviours import BehaviourOutcome, RobotDescription
 from refseq_bench.robots.behaviours.written import ParsedBehaviour, make_behaviour, parse_behaviour
 from refseq_bench.robots.robot import Shape
+from refseq_bench.robots.stops import StopLog
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
 from refseq_bench.scenarios.tables import TextTable
@@ -74,18 +75,6 @@ class BehaviourResult:
         return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
 
 
-@dataclass
-class StopLog:
-    """All stops that held at some time, each once, in the order in which they came."""
-
-    heard: dict[tuple[str, float], Stop] = field(default_factory=dict)
-
-    def hear(self, state: RobotState) -> None:
-        """Note those that hold now."""
-        for stop in state.stops:
-            self.heard.setdefault((stop.cause.value, stop.since), stop)
-
-
 def parse_pose(text: str) -> Pose:
     """Read ``X,Y,HEADING`` [m, m, deg]."""
     try:
@@ -138,10 +127,10 @@ def _run(bench: Bench, choice: ParsedBehaviour, frame: RobotDescription, timeout
     stops = StopLog()
 
     def hear(_: BehaviourMoment) -> None:
-        stops.hear(bench.state)
+        stops.hear(bench.state.stops)
 
     ended = run(bench, make_behaviour(choice, frame, doors_seen), timeout=timeout, each=hear)
-    return BehaviourResult(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
+    return BehaviourResult(choice.text, ended.outcome, ended.why, ended.time, ended.path, stops.heard)
 
 
 def behaviour_table(found: Sequence[BehaviourResult]) -> TextTable:

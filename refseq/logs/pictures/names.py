@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.logs.epoch import epoch_unit
+
 PICTURES = (".png", ".jpg", ".jpeg")
 """Endings of the pictures that are read."""
 
-EPOCHS = ((10**17, 1e-9), (10**14, 1e-6), (10**11, 1e-3), (10**8, 1.0))
-"""Numbers from so many on are times since 1970, in units of so many seconds; smaller ones number the pictures."""
 LATEST = 4_102_444_800.0
 """The year 2100 [s]: what would be later is a date in digits, as 20260131120000, or a number of another kind."""
 MOST = 0.9
@@ -67,10 +67,10 @@ def _times(names: Sequence[re.Match[str]]) -> NDArray[np.float64] | None:
     """Times [s] by names; None where they are none, or not one each."""
     stamps = [Decimal(f"{name['time']}.{name['part'] or name['split'] or 0}") for name in names]
     first = min(stamps, default=Decimal(0))
-    unit = next((seconds for least, seconds in EPOCHS if first >= least), None)
-    if unit is None or float(max(stamps)) * unit > LATEST or len(set(stamps)) < len(stamps) or _counts(names):
+    unit = epoch_unit(first)  # smaller numbers count the pictures
+    if unit is None or float(max(stamps)) * unit.seconds > LATEST or len(set(stamps)) < len(stamps) or _counts(names):
         return None
-    return np.array([float(stamp) for stamp in stamps]) * unit
+    return np.array([float(stamp) for stamp in stamps]) * unit.seconds
 
 
 def _counts(names: Sequence[re.Match[str]]) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
+from refseq.logs.epoch import NANOSECONDS
 from refseq.logs.trajectories.table import TrajectoryFormat
 
 
@@ -35,9 +36,6 @@ EUROC_ORDER = (Q.TIME, *POSITION, Q.QW, Q.QX, Q.QY, Q.QZ)
 
 HEADERS = "time,x,y,heading or index,x,y,heading or time,x,y,z,qx,qy,qz,qw or time,latitude,longitude"
 """Headers that a message names as valid."""
-
-NANOSECONDS_FROM = 1e17
-"""A time from here on can only be one in nanoseconds: of the year 1973 and later, and beyond all seconds."""
 
 WORDS: Mapping[str, Quantity] = MappingProxyType(
     {
@@ -145,7 +143,7 @@ def shaped_columns(count: int, first: float, whole: bool, commas: bool) -> Traje
     """
     if count == 12:
         return TrajectoryColumns(TrajectoryFormat.KITTI, {}, {})
-    if count >= 8 and commas and first >= NANOSECONDS_FROM:
+    if count >= 8 and commas and first >= NANOSECONDS.least:
         return _ordered(TrajectoryFormat.EUROC, EUROC_ORDER)
     if count == 8 and not commas:
         return _ordered(TrajectoryFormat.TUM, TUM_ORDER)

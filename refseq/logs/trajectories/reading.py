@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.files import open_input
 from refseq.limits import METRES, ROW_BYTES, ROWS
+from refseq.logs.epoch import epoch_unit
 from refseq.logs.trajectories.columns import (
     HEADERS,
     METRE,
@@ -30,9 +31,6 @@ from refseq.logs.trajectories.geodesy import utm, zone_of
 from refseq.logs.trajectories.headings import are_degrees, headings_along
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
 from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
-
-EPOCHS = ((1e17, "nanoseconds", 1e-9), (1e14, "microseconds", 1e-6), (1e11, "milliseconds", 1e-3))
-"""Times from so many on are in that unit: as seconds they would lie beyond the year 5000."""
 
 LARGEST = 1e20
 """The largest number that is believed: times in nanoseconds are below 1e19."""
@@ -263,10 +261,10 @@ def _in_seconds(times: NDArray[np.float64], unit: str) -> tuple[NDArray[np.float
     if SECONDS.get(unit, 1.0) != 1.0:
         return times * SECONDS[unit], ()
     unknown = (_unknown(Q.TIME, unit, "s"),) if unit and unit not in SECONDS else ()
-    for least, name, seconds in EPOCHS:
-        if abs(times[0]) >= least:
-            return times * seconds, (f"times are {name}",)
-    return times, unknown
+    found = epoch_unit(abs(times[0]))
+    if found is None or found.seconds == 1.0:
+        return times, unknown
+    return times * found.seconds, (f"times are {found.name}",)
 
 
 def _rising(found: PoseTable, rows: Sequence[_TrajectoryRow]) -> PoseTable:

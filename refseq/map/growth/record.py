@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from refseq.limits import MAP_PLACES
-from refseq.map.merge_record import DIGITS
+from refseq.map.merge_record import sha256_of
 from refseq.view import View
 
 
@@ -55,12 +55,10 @@ class GrowthRecord:
 
 
 def _drive(table: Mapping[str, Any]) -> AddedDrive:
-    name, digest = table.get("name"), table.get("sha256")
+    name = table.get("name")
     if not isinstance(name, str):
         raise ValueError(f"grown.drives: name is {name!r:.80}; valid is a text")
-    if not isinstance(digest, str) or len(digest) != 64 or not DIGITS.issuperset(digest):
-        raise ValueError(f"grown.drives: sha256 is {digest!r:.80}; valid are 64 hexadecimal digits")
-    return AddedDrive(name, digest, _count(table, "views"), _count(table, "kept"))
+    return AddedDrive(name, sha256_of(table, "grown.drives"), _count(table, "views"), _count(table, "kept"))
 
 
 def _count(table: Mapping[str, Any], key: str) -> int:
