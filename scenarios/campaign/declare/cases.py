@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from refseq_bench.scenarios.campaign.declare.drivable import check_drive, check_learnable, check_signal_faults, named
 from refseq_bench.scenarios.campaign.declare.drive_seeds import added_seeds, check_apart
 from refseq_bench.scenarios.campaign.declare.expand import Values, expanded, put
-from refseq_bench.scenarios.campaign.declare.expectations import Expectation
+from refseq_bench.scenarios.campaign.declare.expectations import Expectation, check_decides
 from refseq_bench.scenarios.campaign.declare.real_recordings import Images, Log
 from refseq_bench.scenarios.campaign.declare.schema import (
     Declared,
@@ -294,6 +294,8 @@ def _check(case: Case, checked: set[str]) -> None:
             if method not in scenario.methods:
                 valid = ", ".join(scenario.methods)
                 raise ScenarioError(f"expect: {expectation.text!r}: {method!r} does not run here; valid are {valid}")
+        with named("expect"):
+            check_decides(expectation, scenario.judged)
         if expectation.seeds > len(scenario.seeds):
             there = f"{len(scenario.seeds)} seed{'s' * (len(scenario.seeds) > 1)}"
             raise ScenarioError(

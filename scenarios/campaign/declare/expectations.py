@@ -54,6 +54,12 @@ class Expectation:
         terms = [self.left, *([self.right] if isinstance(self.right, Term) else [])]
         return tuple(term.method for term in terms if term.method is not None)
 
+    @property
+    def of_itself(self) -> bool:
+        """True where a figure of a method is compared with itself, which decides nothing."""
+        left, right = self.left, self.right
+        return isinstance(right, Term) and (left.figure, left.method) == (right.figure, right.method)
+
 
 _NAME = r"[a-z_0-9]+"
 _METHOD = r"[^\s*<>≤≥]+"
@@ -91,7 +97,19 @@ def parse(text: str, profile: str | None, known: Vocabulary = FIGURES) -> Expect
         right = reader.bound(left.figure, float(number), unit)
     if seeds is not None and int(seeds) < 1:
         raise ScenarioError(f"{text!r}: over {seeds} seeds is not valid; it should be 1 or more")
-    return Expectation(text, left, _SIGNS.get(sign, sign), right, int(seeds or 1))
+    expectation = Expectation(text, left, _SIGNS.get(sign, sign), right, int(seeds or 1))
+    check_decides(expectation)
+    return expectation
+
+
+def check_decides(expectation: Expectation, judged: str = "") -> None:
+    """Raise ``ScenarioError`` for a figure that is compared with itself, also where it is so by who is ``judged``."""
+    if about(expectation, judged).of_itself:
+        why = "" if expectation.of_itself else f", as {judged} is judged"
+        raise ScenarioError(
+            f"{expectation.text!r}: compares {expectation.left.figure} with itself{why}; valid are a number, another "
+            "figure, or that of another method"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,11 +141,6 @@ class _ExpectationParser:
             raise ScenarioError(
                 f"{self.text!r}: units of {left.figure} ({units[0]}) and {right.figure} ({units[1]}) differ; valid are "
                 "two figures of one unit"
-            )
-        if (left.figure, left.method) == (right.figure, right.method):
-            raise ScenarioError(
-                f"{self.text!r}: compares {left.figure} with itself; valid are a number, another figure, or that of "
-                "another method"
             )
         return right
 

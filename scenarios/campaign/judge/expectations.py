@@ -41,6 +41,8 @@ def judge(
     if away:
         missing = "has no answers" if seeds <= 1 else "does not answer for every seed"
         return JudgementRecord(text=text, met=None, reason=f"{away[0]} {missing}")
+    if whole.of_itself:  # by who is judged now: a file that says so is refused
+        return JudgementRecord(text=text, met=None, reason=f"compares {whole.left.figure} of {judged} with itself")
     right = whole.right
     terms = (whole.left, right) if isinstance(right, Term) else (whole.left,)
     if unscored and (scores := [term.figure for term in terms if known[term.figure].truth]):

@@ -243,6 +243,14 @@ BAD = {
         GOOD + '[localise]\nmethods = ["vlad"]\n',
         "expect: 'success_hmm >= 80 % over 2 seeds': 'thesis/chain' does not run here; valid are vlad",
     ),
+    "compared with itself by who is judged": (
+        'title = "T"\nexpect = ["success >= success of best/chain"]\n' + BODY + '[localise]\njudged = "best/chain"\n',
+        "expect: 'success >= success of best/chain': compares success with itself, as best/chain is judged; valid are",
+    ),
+    "compared with itself by its stage": (
+        'title = "T"\nexpect = ["failures_hmm <= 50 % of failures"]\n' + BODY,
+        "expect: 'failures_hmm <= 50 % of failures': compares failures with itself, as thesis/chain is judged",
+    ),
     "nobody judged": (
         HEAD + BODY + '[localise]\nmethods = ["vlad", "ransac"]\n',
         "localise.judged: missing, and its default 'thesis/chain' does not run here; valid are vlad, ransac",

@@ -270,6 +270,13 @@ def test_who_does_nothing_wrong_misses_no_expectation_about_failures() -> None:
     assert nothing_right.met is False, "nor is any right"
 
 
+def test_a_figure_that_is_compared_with_itself_by_who_is_judged_now_decides_nothing() -> None:
+    one = parse("success >= success of vlad", "thesis")
+    assert judge(one, found(vlad=4), "vlad", 1).reason == "compares success of vlad with itself"
+    assert judge(one, found(vlad=4), "vlad", 1).met is None
+    assert judge(one, found(vlad=4, mine=4), "mine", 1).met is True
+
+
 def test_every_figure_has_a_meaning_and_no_stage_s_ending() -> None:
     assert all(figure.meaning for figure in FIGURES.values())
     assert not any(name.endswith(tuple(SUFFIXES)) for name in FIGURES)
