@@ -64,18 +64,22 @@ class BenchEpisode:
         self.bench = Bench(
             setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
         )
-        self._contacts = ContactLog(self.bench)
         self._looking, self.behaviour = task.looking, ""
-        ground = ground_of(setting.world.plan, setting.route, robot.shape, setting.map)
-        self.episode = self._with_room(task, ground, rng)
-        self.following = self._led(setting.map)
         self.motion = (0.0, 0.0, 0.0)
         """Motion that the odometer counted in the last action, in the robot's frame at its begin [m, m, rad]."""
         self.outcome, self.why = BehaviourOutcome.RUNNING, ""
         """Outcome of the last action, and why."""
         self.touches = False
         """True if the robot touched anything in the last action."""
-        self.remaining = checked_remaining(self.episode, self.episode.begin(self.situation))
+        try:
+            self._contacts = ContactLog(self.bench)
+            ground = ground_of(setting.world.plan, setting.route, robot.shape, setting.map)
+            self.episode = self._with_room(task, ground, rng)
+            self.following = self._led(setting.map)
+            self.remaining = checked_remaining(self.episode, self.episode.begin(self.situation))
+        except BaseException:
+            self.bench.close()  # nobody else holds it yet
+            raise
 
     def _with_room(self, task: Task, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Draw episodes until the robot has room where one begins, and stands there."""
