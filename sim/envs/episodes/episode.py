@@ -10,12 +10,13 @@ from refseq.missions.path import path_along
 from refseq.planar import Pose, relative_pose, wrap
 from refseq_bench import robots
 from refseq_bench.robots import Twist
-from refseq_bench.robots.behaviours import BehaviourOutcome, Senses
+from refseq_bench.robots.behaviours import BehaviourOutcome
 from refseq_bench.robots.robot import Shape
 from refseq_bench.robots.state import LATCHED
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_runner import senses_of
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import operator_for
 from refseq_bench.sim.envs.episodes.actions import Acting, periods
@@ -145,7 +146,7 @@ class BenchEpisode:
         before = self.bench.odometry
         self.touches, self.behaviour = False, acting.behaviour
         for _ in range(periods(acting, CONTROL_PERIOD)):
-            step = acting.step(Senses(self.bench.state, self.bench.scan(), self.bench.time))
+            step = acting.step(senses_of(self.bench))
             yield from self.bench.driving(step.twist)
             if self.following is not None:
                 self.following.after_period()
