@@ -19,13 +19,9 @@ from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.bench.rest import come_to_rest
 from refseq_bench.sim.drives.behaviour_runner import RunningBehaviour, behaviour_in, description_of, senses_of
-from refseq_bench.sim.drives.recorder import Moved, Trigger
+from refseq_bench.sim.drives.recorder import MISSION_EVERY, Moved, Trigger
 from refseq_bench.sim.errors import SimError
 
-EVERY = 0.6
-"""On the way a view is taken so often [m]: a choice, other than the 0.85 m at which places are learnt.
-
-Views as far apart as places would meet each of them the same way, and never tell that the robot is between two."""
 CLOSER = 0.3
 """Or so often [m] where the scene that is sought was in the last view: beside the robot it is in sight for a metre."""
 LOOKING = 1.0
@@ -93,7 +89,7 @@ def run_mission(
     """Run a mission until it is over, or for ``timeout`` [s] of simulated time, when it is aborted.
 
     Without a ``localiser`` no view is taken, unless the mission seeks a scene; else when the ``trigger`` says so, by
-    default every ``EVERY`` metres.
+    default every ``MISSION_EVERY`` metres.
     ``calls`` are the functions that tasks may call, ``each`` is called after every control period, and may pause or
     abort the mission. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
     this robot does not have, ``SceneError`` for a scene of another camera.
@@ -102,7 +98,7 @@ def run_mission(
     for task in tasks:
         if isinstance(task, Call) and task.name not in (calls or {}):
             raise SimError(f"{task}: no such function; valid are {', '.join(calls or {}) or 'none'}")
-    return _MissionRun(bench, executor, localiser, trigger or Trigger(EVERY), Hands(calls or {})).until_over(
+    return _MissionRun(bench, executor, localiser, trigger or Trigger(MISSION_EVERY), Hands(calls or {})).until_over(
         timeout, each
     )
 
