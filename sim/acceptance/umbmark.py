@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from refseq.planar import Pose, relative_pose
+from refseq.planar import Pose, relative_pose, wrap
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.robots.odometry import Geometry
-from refseq_bench.robots.planar import wrapped
 from refseq_bench.sim.acceptance.floor import empty_floor
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -155,7 +154,7 @@ def _square(bench: Bench, direction: Direction, side: float) -> Return:
         square.follow_side(number)
         square.turn(number)
     end, believed = relative_pose(bench.pose, truth), square.seen
-    heading = wrapped(end.heading - believed.heading)
+    heading = wrap(end.heading - believed.heading)
     return Return(direction, end.x - believed.x, end.y - believed.y, heading)
 
 
