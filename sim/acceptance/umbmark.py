@@ -15,6 +15,7 @@ from typing import NamedTuple
 from refseq.planar import Pose, relative_pose, wrap
 from refseq_bench import robots
 from refseq_bench.robots import Twist
+from refseq_bench.robots.motion import within
 from refseq_bench.robots.odometry import Geometry
 from refseq_bench.sim.acceptance.floor import empty_floor
 from refseq_bench.sim.bench.bench import Bench
@@ -181,7 +182,7 @@ class _Square:
         while (left := self._side - (here := relative_pose(self.seen, start)).x) > 0:
             steer = -HEADING_GAIN * here.heading - ASIDE_GAIN * here.y
             pace = _eased(self._speed, self._acceleration, left)
-            self._bench.drive(Twist(pace, min(max(steer, -self._turn_rate), self._turn_rate)))
+            self._bench.drive(Twist(pace, within(steer, self._turn_rate)))
             patience.check()
         _stand(self._bench)
 
