@@ -9,6 +9,10 @@ class PlanError(WorldsError):
     """A floor plan cannot be read, or describes something that cannot be built."""
 
 
+class UnknownWorldError(PlanError):
+    """A world was asked for by a name that there is not."""
+
+
 class LightError(WorldsError):
     """A light was asked for that does not exist."""
 

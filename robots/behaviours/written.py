@@ -73,7 +73,7 @@ def number(low: float, high: float, unit: str, *, but_zero: bool = False) -> Cal
 
     def read(text: str) -> float:
         try:
-            value = float(text)
+            value = float(text.replace("_", "x"))  # Python takes 1_5 for 15
         except ValueError:
             raise ValueError(valid) from None
         if not low <= value <= high or (but_zero and value == 0):

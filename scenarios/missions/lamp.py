@@ -76,10 +76,11 @@ def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     with Bench(world, robot, route=asked.route, seed=asked.seed, settings=settings) as bench:
         ended = run_lamp(bench, asked.stages, timeout=asked.timeout, each=lambda _: stops.hear(bench.state.stops))
     found, time = [], 0.0
-    for number, done in enumerate(ended.stages, 1):
+    for number, one in enumerate(ended.stages, 1):
+        done = one.end
         since, time = time, time + done.time
         held = tuple(stop for stop in stops.heard if since <= stop.since < time)
-        found.append(BehaviourResult(f"{number}. {done.stage}", done.outcome, done.why, done.time, done.path, held))
+        found.append(BehaviourResult(f"{number}. {one.stage}", done.outcome, done.why, done.time, done.path, held))
     return found
 
 

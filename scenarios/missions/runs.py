@@ -193,8 +193,8 @@ def run_program(
 
     start = bench.pose
     ended = run_lamp(bench, stages, patience=drive.patience, each=look)
-    why = "" if ended.finished else f"failed: stage {len(ended.stages)}, {ended.stages[-1].why}"
-    poses = np.concatenate([np.array([[start.x, start.y, start.heading]]), *(one.path[1:] for one in ended.stages)])
+    why = "" if ended.finished else f"failed: stage {len(ended.stages)}, {ended.stages[-1].end.why}"
+    poses = np.concatenate([np.array([[start.x, start.y, start.heading]]), *(one.end.path[1:] for one in ended.stages)])
     times = CONTROL_PERIOD * np.arange(len(poses))[:, None]
     run = MissionRun(
         completed=ended.finished,
@@ -255,13 +255,14 @@ def _pair(ground: TrueWay, along: float) -> tuple[float, float]:
 
 def _begun(ended: LampEnded) -> list[float]:
     """When each stage was begun [s]."""
-    return [0.0, *np.cumsum([one.time for one in ended.stages]).tolist()][: len(ended.stages)]
+    return [0.0, *np.cumsum([one.end.time for one in ended.stages]).tolist()][: len(ended.stages)]
 
 
 def _told(ended: LampEnded) -> tuple[MissionLogLine, ...]:
     """A line a stage, when it ends."""
-    ends = np.cumsum([one.time for one in ended.stages]).tolist()
+    ends = np.cumsum([one.end.time for one in ended.stages]).tolist()
     lines = (
-        f"{number}. {one.stage}: {one.outcome.name.lower()}, {one.why}" for number, one in enumerate(ended.stages, 1)
+        f"{number}. {one.stage}: {one.end.outcome.name.lower()}, {one.end.why}"
+        for number, one in enumerate(ended.stages, 1)
     )
     return tuple(MissionLogLine(time, math.nan, line) for time, line in zip(ends, lines, strict=True))

@@ -32,8 +32,7 @@ from refseq_bench.scenarios.report.plots.mission import mission_plan
 from refseq_bench.scenarios.scoring.missions import score_mission
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.recorder import Trigger
-from refseq_bench.sim.missions.mission import EVERY
+from refseq_bench.sim.drives.recorder import MISSION_EVERY, Trigger
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.drawing.outline import outline_of
 from refseq_bench.worlds.plans.load import world_names
@@ -66,7 +65,7 @@ class MissionTrip:
         renderer: str | None = None,
         odometry: bool = False,
         filmstrip: float | None = None,
-        every: float = EVERY,
+        every: float = MISSION_EVERY,
         seeks: bool = False,
     ) -> "MissionTrip":
         """Complete what is None from the first map's own drive; one that ``seeks`` a scene needs cameras.

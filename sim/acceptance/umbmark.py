@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from refseq.planar import Pose, relative_pose
+from refseq.planar import Pose, relative_pose, wrap
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours.steering import speed_to_stop
+from refseq_bench.robots.motion import within
 from refseq_bench.robots.odometry import Geometry
-from refseq_bench.robots.planar import wrapped
 from refseq_bench.sim.acceptance.floor import empty_floor
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -156,7 +156,7 @@ def _square(bench: Bench, direction: Direction, side: float) -> Return:
         square.follow_side(number)
         square.turn(number)
     end, believed = relative_pose(bench.pose, truth), square.seen
-    heading = wrapped(end.heading - believed.heading)
+    heading = wrap(end.heading - believed.heading)
     return Return(direction, end.x - believed.x, end.y - believed.y, heading)
 
 
@@ -183,7 +183,7 @@ class _Square:
         while (left := self._side - (here := relative_pose(self.seen, start)).x) > 0:
             steer = -HEADING_GAIN * here.heading - ASIDE_GAIN * here.y
             pace = _eased(self._speed, self._acceleration, left)
-            self._bench.drive(Twist(pace, min(max(steer, -self._turn_rate), self._turn_rate)))
+            self._bench.drive(Twist(pace, within(steer, self._turn_rate)))
             patience.check()
         _stand(self._bench)
 

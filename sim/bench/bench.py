@@ -21,6 +21,7 @@ from refseq_bench.sim.bench.mounts import own_cameras, shift_mounts
 from refseq_bench.sim.bench.polyline import polyline
 from refseq_bench.sim.bench.settings import BenchSettings, resolved
 from refseq_bench.sim.cameras.camera import Camera
+from refseq_bench.sim.cameras.lens import Optics
 from refseq_bench.sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Due, Physics, alone
@@ -253,14 +254,17 @@ class Bench(Closing):
         images = {}
         for name, camera in self._cameras.items():
             optics, mounted = camera.optics, self.named(name)
-            self.renderer.light_around(partial(self.world.ambient.at, self.data.camera(mounted).xpos))
-            sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
-            if name in self.covered:
-                sharp = np.zeros_like(sharp)
+            sharp = np.zeros(optics.size[::-1], np.float32) if name in self.covered else self._drawn(mounted, optics)
             camera.adapt(sharp, min(elapsed, ADAPTATION))
             run = paths(self.model, self.data, mounted, optics, camera.exposure.shutter)
             images[name] = camera.expose(smeared(sharp, run))
         return images
+
+    def _drawn(self, mounted: str, optics: Optics) -> NDArray[np.float32]:
+        """Picture of what a camera of the model sees through its lens, (height, width) [cd/m²]."""
+        self.renderer.light_around(partial(self.world.ambient.at, self.data.camera(mounted).xpos))
+        pinhole = optics.pinhole
+        return optics.draw(self.renderer.radiance(self.data, mounted, pinhole.width, pinhole.height))
 
     def close(self) -> None:
         """Give the renderer's device back."""

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from refseq_bench.sim.cameras.lens import Optics, Plane
 
-SEEN_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)
-"""Geom groups that a camera shows: MuJoCo's default."""
 BLOCK = 16
 """Paths are reckoned for blocks of so many pixels and interpolated in between: rays cost time. Against the mean of
 pictures rendered while the shutter is open, blocks of 8 are no better, in a hallway."""
@@ -75,8 +73,9 @@ def _seen(
     T_world_camera = eye.xmat.reshape(3, 3)
     rays = rays / np.linalg.norm(rays, axis=1, keepdims=True) @ T_world_camera.T
     geoms, distances = np.empty(len(rays), np.int32), np.empty(len(rays))
+    drawn, farthest = mujoco.MjvOption().geomgroup, mujoco.mjMAXVAL
     mujoco.mj_multiRay(
-        model, data, eye.xpos, rays.ravel(), SEEN_GROUPS, True, -1, geoms, distances, None, len(rays), mujoco.mjMAXVAL
+        model, data, eye.xpos, rays.ravel(), drawn, True, -1, geoms, distances, None, len(rays), farthest
     )
     points = eye.xpos + rays * np.where(geoms < 0, FAR, distances)[:, None]
     bodies = np.where(geoms < 0, 0, model.geom_bodyid[geoms])

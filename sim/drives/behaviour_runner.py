@@ -61,6 +61,25 @@ def behaviour_in(words: str, description: RobotDescription) -> Behaviour:
     return make_behaviour(parse_behaviour(words), description, doors_seen)
 
 
+def senses_of(bench: Bench) -> Senses:
+    """Senses of the robot now, to steer by: its state, the newest turn of the laser, the time."""
+    return Senses(bench.state, bench.scan(), bench.time)
+
+
+class RunningBehaviour:
+    """The behaviour of an order on its way, for a robot on a bench; another number begins another one."""
+
+    def __init__(self, description: RobotDescription) -> None:
+        self._description = description
+        self._running: tuple[int, Behaviour] | None = None
+
+    def of(self, number: int, words: str) -> Behaviour:
+        """The behaviour that is running, or a new one for another ``number``. Raises as ``behaviour_in``."""
+        if self._running is None or self._running[0] != number:
+            self._running = number, behaviour_in(words, self._description)
+        return self._running[1]
+
+
 def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:
     return Ranger(float(place[0]), float(place[1]), math.atan2(axis[1], axis[0]))
 
@@ -75,7 +94,7 @@ def running(
     """
     began = bench.time if since is None else since
     while True:
-        step = behaviour.step(Senses(bench.state, bench.scan(), bench.time))
+        step = behaviour.step(senses_of(bench))
         if step.outcome is BehaviourOutcome.RUNNING and bench.time - began >= timeout:
             step = failed(f"not done after {timeout:g} s" + (f": {step.why}" if step.why else ""))
         bench.drive(step.twist)

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.planar import Pose
+from refseq.planar import Pose, wrap
 from refseq_bench.robots import Twist
 from refseq_bench.robots.motion import Limits
-from refseq_bench.robots.planar import wrapped
 from refseq_bench.robots.wandering import Wandering
 from refseq_bench.sim.bench.polyline import Polyline, polyline
 from refseq_bench.sim.errors import SimError
@@ -183,7 +182,7 @@ class Operator:
         side = style.wander_limit * math.tanh(self._wander.value / style.wander_limit)
         aim = leg.pose(ahead, style.side + side)
         distance = math.hypot(aim.x - pose.x, aim.y - pose.y)
-        alpha = wrapped(math.atan2(aim.y - pose.y, aim.x - pose.x) + self._heading.value - pose.heading)
+        alpha = wrap(math.atan2(aim.y - pose.y, aim.x - pose.x) + self._heading.value - pose.heading)
         self._turning = abs(alpha) > (math.radians(10) if self._turning else math.radians(60))
         if self._turning:
             return Twist(0.0, math.copysign(style.max_angular, alpha))

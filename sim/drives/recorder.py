@@ -21,6 +21,12 @@ PACKAGES = ("refseq-bench", "mujoco", "numpy", "opencv-python-headless")
 
 ROUNDING = 1e-9
 """Share by which a sum of control periods may miss the time that they last: ten of 0.04 s make less than 0.4 s."""
+LEARNT_EVERY = 0.85
+"""A view is taken so often [m] where nothing else is asked for, and then becomes a place."""
+MISSION_EVERY = 0.6
+"""On a mission a view is taken so often [m]: a choice, other than ``LEARNT_EVERY``.
+
+Views as far apart as places would meet each of them the same way, and never tell that the robot is between two."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +36,7 @@ class Trigger:
     None switches one off. Raises ``SimError`` when a threshold is not positive, or when all are off.
     """
 
-    distance: float | None = 0.85
+    distance: float | None = LEARNT_EVERY
     turn: float | None = None
     time: float | None = None
 

@@ -1,6 +1,7 @@
 """Registration of the environments' ids with Gymnasium; each task has two, for behaviours and for twists."""
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,8 @@ TASKS: Mapping[str, tuple[float, Mapping[str, Any]]] = MappingProxyType(
 )
 """The time limit of each task [s], if all actions last as long as they may, and what makes it; choices."""
 
+LONGEST = 1e9
+"""Time limit of an episode at most [s], some 30 years; a choice: whoever wants none asks for this."""
 
 IDS = tuple(f"{NAMESPACE}/{name}{suffix}-v0" for name in TASKS for suffix in SUFFIXES.values())
 """All ids of the bench's own tasks."""
@@ -50,17 +53,21 @@ def register_task(
 
     ``world`` is a name, or several of which each episode draws one; ``seconds`` [s] is the time limit of an episode, if
     all actions last as long as they may; ``made_with`` are other keywords of ``RobotEnv``, such as ``route``. Returns
-    the ids. The class has to lie at the top of a module, where workers find it. Raises ``SimError``.
+    the ids. The class has to lie at the top of a module, where workers find it. Raises ``SimError`` for ``seconds``
+    that are not above 0 or beyond ``LONGEST``, a name that is none, and a class that is not found.
     """
     from refseq_bench.sim.envs.tasks.by_name import name_of
 
-    if not seconds > 0:
-        raise SimError(f"seconds = {seconds} is not valid; valid is more than 0")
+    if not (isinstance(seconds, Real) and 0 < seconds <= LONGEST):
+        raise SimError(f"seconds = {seconds!r:.60} is not valid; valid is more than 0, and {LONGEST:.0f} at most")
     return _register(name, seconds, {"task": name_of(task), "world": world, **made_with})
 
 
 def _register(name: str, seconds: float, made_with: Mapping[str, Any]) -> tuple[str, ...]:
-    namespace, stem, version = parse_env_id(name)
+    try:
+        namespace, stem, version = parse_env_id(name)
+    except (gym.error.Error, TypeError) as error:
+        raise SimError(f"name {name!r:.60} is not valid; valid is one such as 'mine/GoHome-v0'") from error
     ids = {actions: get_env_id(namespace, f"{stem}{suffix}", version) for actions, suffix in SUFFIXES.items()}
     for actions, one in ids.items():
         gym.register(

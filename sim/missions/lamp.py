@@ -4,9 +4,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from refseq.missions.lamp import LampStage, LampWord, Verb
 from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
 from refseq_bench.robots.behaviours.lamp.beside import Beside
@@ -16,7 +13,7 @@ from refseq_bench.robots.behaviours.lamp.until import Gone, Near, Turned, Until
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.motion import Twist
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment, description_of, run
+from refseq_bench.sim.drives.behaviour_runner import BehaviourEnd, BehaviourMoment, description_of, run
 from refseq_bench.sim.errors import SimError
 
 PATIENCE = 20.0
@@ -29,13 +26,10 @@ SIDES = {1: WallSide.LEFT, 2: WallSide.RIGHT}
 
 @dataclass(frozen=True, slots=True)
 class StageEnded:
-    """End of one ``stage``: outcome and reason, how long it took [s], the true ``path`` (n, 3): x, y, heading."""
+    """A ``stage`` and the ``end`` of its behaviour."""
 
     stage: LampStage
-    outcome: BehaviourOutcome
-    why: str
-    time: float
-    path: NDArray[np.float64]
+    end: BehaviourEnd
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +42,12 @@ class LampEnded:
     @property
     def finished(self) -> bool:
         """True if all stages have finished."""
-        return len(self.stages) == self.asked and self.stages[-1].outcome is BehaviourOutcome.FINISHED
+        return len(self.stages) == self.asked and self.stages[-1].end.outcome is BehaviourOutcome.FINISHED
 
     @property
     def time(self) -> float:
         """Duration [s]."""
-        return sum(stage.time for stage in self.stages)
+        return sum(stage.end.time for stage in self.stages)
 
 
 def run_lamp(
@@ -80,7 +74,7 @@ def run_lamp(
     end = bench.time + patience
     for stage, behaviour in zip(stages, behaviours, strict=True):
         done = run(bench, _WithoutLaser(behaviour), timeout=min(timeout, max(0.0, end - bench.time)), each=each)
-        ended.append(StageEnded(stage, done.outcome, done.why, done.time, done.path))
+        ended.append(StageEnded(stage, done))
         if done.outcome is not BehaviourOutcome.FINISHED:
             break
     return LampEnded(len(stages), tuple(ended))

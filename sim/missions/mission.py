@@ -14,18 +14,14 @@ from refseq.missions.lookout import Lookout
 from refseq.missions.tasks import Call, Photograph, Task
 from refseq.view import View
 from refseq_bench.robots import Twist
-from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Senses
+from refseq_bench.robots.behaviours import BehaviourOutcome
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.bench.rest import come_to_rest
-from refseq_bench.sim.drives.behaviour_runner import behaviour_in, description_of
-from refseq_bench.sim.drives.recorder import Moved, Trigger
+from refseq_bench.sim.drives.behaviour_runner import RunningBehaviour, behaviour_in, description_of, senses_of
+from refseq_bench.sim.drives.recorder import MISSION_EVERY, Moved, Trigger
 from refseq_bench.sim.errors import SimError
 
-EVERY = 0.6
-"""On the way a view is taken so often [m]: a choice, other than the 0.85 m at which places are learnt.
-
-Views as far apart as places would meet each of them the same way, and never tell that the robot is between two."""
 CLOSER = 0.3
 """Or so often [m] where the scene that is sought was in the last view: beside the robot it is in sight for a metre."""
 LOOKING = 1.0
@@ -93,7 +89,7 @@ def run_mission(
     """Run a mission until it is over, or for ``timeout`` [s] of simulated time, when it is aborted.
 
     Without a ``localiser`` no view is taken, unless the mission seeks a scene; else when the ``trigger`` says so, by
-    default every ``EVERY`` metres.
+    default every ``MISSION_EVERY`` metres.
     ``calls`` are the functions that tasks may call, ``each`` is called after every control period, and may pause or
     abort the mission. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
     this robot does not have, ``SceneError`` for a scene of another camera.
@@ -102,7 +98,7 @@ def run_mission(
     for task in tasks:
         if isinstance(task, Call) and task.name not in (calls or {}):
             raise SimError(f"{task}: no such function; valid are {', '.join(calls or {}) or 'none'}")
-    return _MissionRun(bench, executor, localiser, trigger or Trigger(EVERY), Hands(calls or {})).until_over(
+    return _MissionRun(bench, executor, localiser, trigger or Trigger(MISSION_EVERY), Hands(calls or {})).until_over(
         timeout, each
     )
 
@@ -116,7 +112,7 @@ class _MissionRun:
         self._bench, self._executor, self._localiser = bench, executor, localiser
         self._trigger, self._hands, self._description = trigger, hands, description_of(bench.robot)
         self._touches, self._lookout = ContactLog(bench), Lookout(executor)
-        self._running: tuple[int, Behaviour] | None = None
+        self._behaviours = RunningBehaviour(self._description)
         self._moved, self._began = Moved(), bench.time
         self._start = bench.state.distance
         self._seen: list[MissionView] = []
@@ -157,16 +153,10 @@ class _MissionRun:
         if do.halt:
             self._bench.drive(Twist())
             return
-        step = self._behaviour(do).step(Senses(self._bench.state, self._bench.scan(), self._bench.time))
+        step = self._behaviours.of(do.number, do.behaviour).step(senses_of(self._bench))
         self._bench.drive(step.twist)
         if step.outcome is not BehaviourOutcome.RUNNING:
             self._executor.ended(step.outcome is BehaviourOutcome.FINISHED, step.why)
-
-    def _behaviour(self, do: Do) -> Behaviour:
-        """The behaviour that is running, or another one where that was asked for."""
-        if self._running is None or self._running[0] != do.number:
-            self._running = do.number, behaviour_in(do.behaviour, self._description)
-        return self._running[1]
 
     def _look(self) -> None:
         """Take a view where somebody localises in it, or looks for something."""

@@ -19,8 +19,8 @@ from refseq.modules.messages import (
 from refseq.modules.process import Role
 from refseq.view import Scan
 from refseq_bench import robots
-from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, RobotDescription, Senses
-from refseq_bench.sim.drives.behaviour_runner import behaviour_in, description_of
+from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Senses
+from refseq_bench.sim.drives.behaviour_runner import RunningBehaviour, description_of
 from refseq_bench.sim.modules.state import state_in
 
 REMEMBERED = 100
@@ -37,8 +37,7 @@ class ControlModule:
     role, hears, says = Role.CONTROL, (STEPS, ORDERS), COMMANDS
 
     def __init__(self) -> None:
-        self._description: RobotDescription | None = None
-        self._running: tuple[int, Behaviour] | None = None
+        self._behaviours: RunningBehaviour | None = None
         self._scan: Scan | None = None
         self._senses: dict[int, Senses] = {}
         self._seen = -1  # the last step that the running behaviour has seen
@@ -58,8 +57,8 @@ class ControlModule:
 
     def _take(self, step: Step, parts: Parts) -> None:
         if self._step is None or self._step.drive != step.drive:
-            self._description = description_of(robots.load(step.robot))
-            self._running, self._scan, self._senses, self._seen = None, None, {}, -1
+            self._behaviours = RunningBehaviour(description_of(robots.load(step.robot)))
+            self._scan, self._senses, self._seen = None, {}, -1
         self._step = step
         self._scan = scan_in(parts, step.scan) or self._scan  # behaviours tell a new scan by its identity
         self._senses[step.number] = Senses(state_in(part(parts, STATE)), self._scan, step.clock)
@@ -91,8 +90,5 @@ class ControlModule:
         )
 
     def _behaviour(self, number: int, words: str) -> Behaviour:
-        """The behaviour that is running, or another one where that was asked for."""
-        assert self._description is not None, "a step came first"
-        if self._running is None or self._running[0] != number:
-            self._running = number, behaviour_in(words, self._description)
-        return self._running[1]
+        assert self._behaviours is not None, "a step came first"
+        return self._behaviours.of(number, words)

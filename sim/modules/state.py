@@ -1,15 +1,32 @@
 """A robot's state as JSON, to the last bit."""
 
 import json
-from dataclasses import asdict
-from typing import Any
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
-from refseq.modules.heads import MessageError
+from refseq.modules.heads import MessageError, read_head
+from refseq_bench.robots.errors import RobotsError
 from refseq_bench.robots.motion import Twist
 from refseq_bench.robots.planar import PlanarPose
-from refseq_bench.robots.state import Blocked, Cause, Motors, RobotState, Stop
+from refseq_bench.robots.state import Motors, RobotState, Stop
+from refseq_bench.sim.device_tables import TABLE
+
+
+@dataclass(frozen=True, slots=True)
+class StateHead:
+    """A ``RobotState`` as a message tells it: its fields, each of its type, and no other."""
+
+    __pydantic_config__ = TABLE
+    time: float
+    pose: PlanarPose
+    distance: float
+    twist: Twist
+    stops: tuple[Stop, ...]
+    motors: Motors
+    mode: str
+    pitch: float
+    sonar: tuple[float, ...] | None
 
 
 def state_bytes(state: RobotState) -> bytes:
@@ -24,20 +41,8 @@ def state_bytes(state: RobotState) -> bytes:
 def state_in(data: bytes | None) -> RobotState:
     """Read a state. Raises ``MessageError`` for what is none."""
     try:
-        told = json.loads(data or b"")
-        return RobotState(
-            **{
-                **told,
-                "pose": PlanarPose(**told["pose"]),
-                "twist": Twist(**told["twist"]),
-                "stops": tuple(_stop(one) for one in told["stops"]),
-                "motors": Motors(told["motors"]),
-                "sonar": None if told["sonar"] is None else np.array(told["sonar"], dtype=np.float64),
-            }
-        )
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise MessageError(f"a message is no state of a robot: {str(error)[:200]}") from error
-
-
-def _stop(told: Any) -> Stop:
-    return Stop(**{**told, "cause": Cause(told["cause"]), "blocks": Blocked(told["blocks"])})
+        told = read_head(StateHead, data or b"")
+    except RobotsError as error:
+        raise MessageError(f"a message is no state of a robot: {error}") from error
+    sonar = None if told.sonar is None else np.array(told.sonar, np.float64)
+    return RobotState(**{one.name: getattr(told, one.name) for one in fields(told)} | {"sonar": sonar})

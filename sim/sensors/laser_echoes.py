@@ -17,7 +17,7 @@ UNKNOWN_REMISSION = 0.4
 THRESHOLD = 0.1 / 30.0**2
 """Least power that is told from noise: a surface of 10 % is seen as far as 30 m."""
 PULSE = 0.5
-"""LaserEchoes that follow within this distance [m] run into one: half the way of light in a pulse of 3.3 ns."""
+"""Echoes that follow within this distance [m] run into one: half the way of light in a pulse of 3.3 ns."""
 DARK, DARK_SHIFT = 0.2, 0.01
 """Below the remission ``DARK`` a surface looks nearer, by ``DARK_SHIFT`` [m] for each factor of ten."""
 PANE_TRANSMISSION = 0.8

@@ -32,7 +32,7 @@ class HeldSnapshot(messages.Snapshot):  # type: ignore[misc]
 
 @dataclass(frozen=True)
 class PressedEvent(messages.Event):  # type: ignore[misc]
-    """A key, or a button of the form, that was pressed."""
+    """A key that was pressed."""
 
     key: str
 
@@ -100,10 +100,7 @@ class FollowingView(plugin.ViewerPlugin):  # type: ignore[misc]
         self.viewer.send_to_sim(HeldSnapshot(held, time.monotonic()))
         for name in (GO_ON, FASTER, SLOWER, *PRESSED):
             if imgui.IsKeyPressed(_key(name), False):
-                self._press(name)
-
-    def _press(self, key: str) -> None:
-        self.viewer.send_to_sim(PressedEvent(key))
+                self.viewer.send_to_sim(PressedEvent(name))
 
     def _follow(self) -> None:
         """Look at the robot: from behind it, from above, or through one of its cameras."""

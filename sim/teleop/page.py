@@ -1,7 +1,7 @@
 """MuJoCo Studio's page, behind a proxy that asks for a token: its own server lets anybody in who reaches it.
 
-That server's sockets take connections from this process alone, which are the proxy's and the form's. Of what it serves,
-models that are dropped onto the page do not pass: nobody would take them.
+That server's sockets take connections from this process alone, which are the proxy's. Of what it serves, models that
+are dropped onto the page do not pass: nobody would take them.
 """
 
 import logging

@@ -1,4 +1,4 @@
-"""Thumbnails of a view's images and scan for the form."""
+"""Thumbnails of a view's images and scan for the page of captures."""
 
 from dataclasses import dataclass
 

@@ -35,6 +35,8 @@ WORDS = (*AXES, HALT, AWAY, *Button)
 MOST = 10.0
 """The highest speed or rate of a motion [m/s, rad/s]: no robot is so fast."""
 LEAST = 1e-9
+LATEST = 1e6
+"""A line's time at most [s], more than eleven days; a choice."""
 SOON = 1e-6
 """Tolerance of a line's time [s]: logged times are rounded."""
 
@@ -132,7 +134,7 @@ class _Word:
     def number(self, valid: str, most: float, least: float = 0.0) -> float:
         """Parse the number; raises ``SimError`` unless it lies from ``least`` to ``most``."""
         try:
-            value = float(self.text)
+            value = float(self.text.replace("_", "x"))  # Python takes 1_5 for 15
         except ValueError:
             value = math.nan
         if not least <= value <= most:
@@ -146,7 +148,8 @@ def _words(line: str, place: str) -> list[_Word]:
 
 
 def _command(first: _Word, words: Sequence[_Word], after: float) -> TimedCommand:
-    time = first.number(f"valid is a time [s] from {_shown(after)}, that of the line before", 1e6, after)
+    valid = f"valid is a time [s] from {_shown(after)}, that of the line before, to {_shown(LATEST)}"
+    time = first.number(valid, LATEST, after)
     if not words:
         raise first.error("is alone on its line; valid is a time and what is asked for then, such as '2 forward'")
     for word in words:

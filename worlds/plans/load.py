@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from refseq_bench.text_file import TextFileError, parse_toml, read_text
-from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.errors import PlanError, UnknownWorldError
 from refseq_bench.worlds.plans.building import building
 from refseq_bench.worlds.plans.dials import AS_DRAWN, parse_dials
 from refseq_bench.worlds.plans.generate import corridor
@@ -34,7 +34,7 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
 
     ``corridor:SEED`` and ``building:SEED`` are worlds that are made from a seed, with ``Dials`` behind: ``,width=2``.
 
-    Raises ``PlanError`` with one line: file, key, value and what is valid.
+    Raises ``PlanError`` with one line: file, key, value and what is valid; ``UnknownWorldError`` for another name.
     """
     path = Path(name_or_path)
     if path.suffix == ".toml":
@@ -52,7 +52,7 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
         known = (
             f"{', '.join(world_names())}, corridor:SEED, building:SEED (a whole number from 0, {DIGITS} digits at most)"
         )
-        raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
+        raise UnknownWorldError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
     return _of_library(f"{name_or_path}.toml")
 
 

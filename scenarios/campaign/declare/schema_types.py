@@ -19,8 +19,8 @@ from refseq_bench.scenarios.campaign.declare.schema import Declared, MissionScen
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import check_methods, is_hindsight
+from refseq_bench.sim.drives.recorder import MISSION_EVERY
 from refseq_bench.sim.drives.signal_faults import SignalFault
-from refseq_bench.sim.missions.mission import EVERY
 
 
 class SchemaType(Protocol):
@@ -103,7 +103,7 @@ class MissionSchema(SchemaType):
     name = "mission"
     model = MissionScenario
     not_inherited = ("faults", "behaviours", "trigger")
-    query_defaults: Mapping[str, Any] = MappingProxyType({"trigger": {"distance": EVERY}})
+    query_defaults: Mapping[str, Any] = MappingProxyType({"trigger": {"distance": MISSION_EVERY}})
 
     def expectation(self, text: str, scenario: MissionScenario) -> Expectation:
         """Of the figures of missions."""

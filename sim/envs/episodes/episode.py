@@ -10,12 +10,13 @@ from refseq.missions.path import path_along
 from refseq.planar import Pose, relative_pose, wrap
 from refseq_bench import robots
 from refseq_bench.robots import Twist
-from refseq_bench.robots.behaviours import BehaviourOutcome, Senses
+from refseq_bench.robots.behaviours import BehaviourOutcome
 from refseq_bench.robots.robot import Shape
 from refseq_bench.robots.state import LATCHED
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_runner import senses_of
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import operator_for
 from refseq_bench.sim.envs.episodes.actions import Acting, periods
@@ -64,18 +65,22 @@ class BenchEpisode:
         self.bench = Bench(
             setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
         )
-        self._contacts = ContactLog(self.bench)
         self._looking, self.behaviour = task.looking, ""
-        ground = ground_of(setting.world.plan, setting.route, robot.shape, setting.map)
-        self.episode = self._with_room(task, ground, rng)
-        self.following = self._led(setting.map)
         self.motion = (0.0, 0.0, 0.0)
         """Motion that the odometer counted in the last action, in the robot's frame at its begin [m, m, rad]."""
         self.outcome, self.why = BehaviourOutcome.RUNNING, ""
         """Outcome of the last action, and why."""
         self.touches = False
         """True if the robot touched anything in the last action."""
-        self.remaining = checked_remaining(self.episode, self.episode.begin(self.situation))
+        try:
+            self._contacts = ContactLog(self.bench)
+            ground = ground_of(setting.world.plan, setting.route, robot.shape, setting.map)
+            self.episode = self._with_room(task, ground, rng)
+            self.following = self._led(setting.map)
+            self.remaining = checked_remaining(self.episode, self.episode.begin(self.situation))
+        except BaseException:
+            self.bench.close()  # nobody else holds it yet
+            raise
 
     def _with_room(self, task: Task, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Draw episodes until the robot has room where one begins, and stands there."""
@@ -141,7 +146,7 @@ class BenchEpisode:
         before = self.bench.odometry
         self.touches, self.behaviour = False, acting.behaviour
         for _ in range(periods(acting, CONTROL_PERIOD)):
-            step = acting.step(Senses(self.bench.state, self.bench.scan(), self.bench.time))
+            step = acting.step(senses_of(self.bench))
             yield from self.bench.driving(step.twist)
             if self.following is not None:
                 self.following.after_period()

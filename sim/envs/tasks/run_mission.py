@@ -13,6 +13,7 @@ from refseq.missions.path import MissionPath
 from refseq.missions.plan import WALL, Landmarks, Plan, Where, compiled
 from refseq.missions.true_way import TrueWay, distance_to
 from refseq_bench.sim.bench.polyline import Polyline
+from refseq_bench.sim.drives.recorder import MISSION_EVERY
 from refseq_bench.sim.envs.tasks.mission_draw import draw_mission
 from refseq_bench.sim.envs.tasks.mission_goal import WITHIN, doorway_near, goal_of
 from refseq_bench.sim.envs.tasks.task import AskedOrder, Episode, Looking, Situation, Task, TaskGround
@@ -106,7 +107,7 @@ class RunMissionTask(Task):
 
     behaviours: tuple[str, ...] = ("MN:1000", "MT:90", "MT:180", "MT:270", "MC:left", "MC:right", "MC:ahead", STOP)
     mapped = asks = True
-    looking = Looking(distance=0.6, turn=None, standing=True)
+    looking = Looking(distance=MISSION_EVERY, turn=None, standing=True)
     keywords = ("mission", "landmarks")
 
     def __init__(self, mission: str | None = None, landmarks: Mapping[str, Where] | None = None) -> None:

@@ -20,6 +20,7 @@ from refseq.missions.plan import Plan
 from refseq.planar import Pose
 from refseq_bench.robots.robot import Shape
 from refseq_bench.sim.bench.polyline import Polyline
+from refseq_bench.sim.drives.recorder import LEARNT_EVERY
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 SUCCESS, FAILURE = 5.0, -5.0
@@ -75,7 +76,7 @@ class Looking:
     With ``standing`` it is also given one after each action that leaves the robot standing.
     """
 
-    distance: float = 0.85
+    distance: float = LEARNT_EVERY
     turn: float | None = math.pi / 4
     standing: bool = False
 

@@ -7,7 +7,7 @@ from refseq_bench.sim.drives.chase_camera import with_chase_camera
 from refseq_bench.sim.envs.worlds.rooms import FORMS, two_rooms
 from refseq_bench.sim.errors import SimError
 from refseq_bench.worlds.build import World, build_world
-from refseq_bench.worlds.errors import WorldsError
+from refseq_bench.worlds.errors import UnknownWorldError, WorldsError
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan, written_ns
 from refseq_bench.worlds.plans.schema import FloorPlan
@@ -22,9 +22,10 @@ def plan_named(name: str) -> FloorPlan:
         return two_rooms(int(made[1]))
     try:
         return load_plan(name)
+    except UnknownWorldError as error:
+        raise SimError(f"{error}, or rooms:FORM (0 to {len(FORMS) - 1})") from None
     except WorldsError as error:
-        rooms = f", or rooms:FORM (0 to {len(FORMS) - 1})" if str(error).startswith("unknown world") else ""
-        raise SimError(f"{error}{rooms}") from None
+        raise SimError(str(error)) from None
 
 
 def check_light(light: str) -> None:

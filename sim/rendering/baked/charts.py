@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq_bench.sim.rendering.baked.triangles import Floats
+from refseq_bench.sim.rendering.baked.triangles import HALVES, Floats
 
 WIDTH = 2048
 """Columns of the sheet; a face has no more points along a side than this."""
@@ -38,8 +38,8 @@ class Chart:
     def cells(self) -> NDArray[np.intp]:
         """Which points, row by row, are the corners of two triangles for each cell of the grid, (n, 3)."""
         t = np.arange(self.points[..., 0].size).reshape(self.shape)
-        a, b, c, d = (part.ravel() for part in (t[:-1, :-1], t[:-1, 1:], t[1:, 1:], t[1:, :-1]))
-        return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+        corners = np.stack([part.ravel() for part in (t[:-1, :-1], t[:-1, 1:], t[1:, 1:], t[1:, :-1])], axis=1)
+        return np.concatenate([corners[:, half] for half in HALVES])
 
     @property
     def corners(self) -> Floats:

@@ -2,7 +2,6 @@
 
 import hashlib
 import io
-import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from refseq.files import replace_bytes
+from refseq.map.format.archive import DAMAGE
 from refseq_bench.sim.rendering.baked.still_light import Bake
 from refseq_bench.worlds.lighting.baking import Baked, Shell
 from refseq_bench.worlds.lighting.form_factors import Cards
@@ -90,7 +90,7 @@ def _read(file: Path, points: int, others: int) -> Baked | None:
         with np.load(file, allow_pickle=False) as arrays:
             light = Baked(arrays["lux"], arrays["buried"], arrays["around"])
         file.touch()  # it was used
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (OSError, KeyError, *DAMAGE):
         return None
     fits = light.lux.shape == light.buried.shape == (points,) and light.around.shape == (others,)
     typed = light.buried.dtype == bool and light.lux.dtype == light.around.dtype == float

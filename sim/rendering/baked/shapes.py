@@ -6,7 +6,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from refseq_bench.sim.rendering.baked.triangles import Floats, Triangles
+from refseq_bench.sim.rendering.baked.triangles import HALVES, Floats, Triangles
 
 AROUND = 24
 """Corners around a cylinder: half a millimetre is missing to a pole of 5 cm."""
@@ -133,8 +133,7 @@ def capsule(radius: float, half: float) -> Triangles:
 
 def _quads(corners: Floats, uv: Floats) -> Triangles:
     """Two triangles for each of the quadrangles (n, 4, 3)."""
-    halves = np.array([[0, 1, 2], [0, 2, 3]])
-    return Triangles.flat(corners[:, halves].reshape(-1, 3, 3), uv[:, halves].reshape(-1, 3, 2))
+    return Triangles.flat(corners[:, HALVES].reshape(-1, 3, 3), uv[:, HALVES].reshape(-1, 3, 2))
 
 
 def _solid(triangles: Triangles) -> Triangles:

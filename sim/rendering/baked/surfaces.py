@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from refseq_bench.sim.rendering.baked.charts import Sheet
 from refseq_bench.sim.rendering.baked.shapes import Faces, faces_of, shape_of
-from refseq_bench.sim.rendering.baked.triangles import Floats, Triangles
+from refseq_bench.sim.rendering.baked.triangles import HALVES, Floats, Triangles
 
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 WHITE = 255.0
@@ -125,8 +125,7 @@ class _Layout:
 
 def _charted(sheet: Sheet, faces: Faces, place: Floats, rotation: Floats, step: float) -> Floats:
     """Lay out faces; returns where the corners of their triangles are on the sheet, (n, 3, 2) [texels]."""
-    halves = np.array([[0, 1, 2], [0, 2, 3]])
-    laid = [sheet.lay(face @ rotation.T + place, step).corners[halves] for face in faces.corners]
+    laid = [sheet.lay(face @ rotation.T + place, step).corners[HALVES] for face in faces.corners]
     return np.concatenate(laid)
 
 

@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+HALVES = np.array([[0, 1, 2], [0, 2, 3]])
+"""Corners of the two triangles of a quadrangle: light is matched to them by it, so that all cut alike."""
+HALVES.setflags(write=False)
+
 
 @dataclass(frozen=True, slots=True)
 class Triangles:

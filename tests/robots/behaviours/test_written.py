@@ -62,6 +62,7 @@ FORMS = (
         ("MA:1", "behaviour 'MA:1': 1 values: valid is MA:x,y[,heading], such as MA:3,0,90"),
         ("MA:1,2,3,4", "behaviour 'MA:1,2,3,4': 4 values: valid is MA:x,y[,heading], such as MA:3,0,90"),
         ("MA:1,b", "behaviour 'MA:1,b': y 'b': valid is a number from -1000 to 1000 m"),
+        ("MA:1_5,0", "behaviour 'MA:1_5,0': x '1_5': valid is a number from -1000 to 1000 m"),
         ("MA:nan,0", "behaviour 'MA:nan,0': x 'nan': valid is a number from -1000 to 1000 m"),
         ("MA:inf,0", "behaviour 'MA:inf,0': x 'inf': valid is a number from -1000 to 1000 m"),
         ("MT:0", "behaviour 'MT:0': angle '0': valid is a number from -360 to 360 degrees, but not 0"),

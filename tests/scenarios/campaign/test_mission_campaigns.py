@@ -17,6 +17,7 @@ from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.declare.overrides import with_methods
+from refseq_bench.scenarios.campaign.declare.schema import ScoreTable
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.judge.missions import JudgedMissions
 from refseq_bench.scenarios.campaign.pages.summary import summary
@@ -38,7 +39,8 @@ from refseq_bench.scenarios.missions import leader
 from refseq_bench.scenarios.missions.runs import turn_of
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.faults import Kidnap
-from refseq_bench.sim.missions.mission import EVERY
+from refseq_bench.sim.drives.recorder import MISSION_EVERY
+from refseq_bench.sim.envs.tasks.mission_goal import WITHIN
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from tests.scenarios.campaign.chores import AtOnce
 
@@ -182,13 +184,17 @@ def test_the_query_is_where_and_when_and_takes_over_no_behaviours(tmp_path: Path
     assert len({task.key for task in tasks}) == 2
 
 
-@pytest.mark.parametrize(("said", "distance"), [("", EVERY), ("trigger = { distance = 0.7 }\n", 0.7)])
+@pytest.mark.parametrize(("said", "distance"), [("", MISSION_EVERY), ("trigger = { distance = 0.7 }\n", 0.7)])
 def test_views_on_the_way_are_not_as_far_apart_as_places(said: str, distance: float, tmp_path: Path) -> None:
     (case,) = loaded(tmp_path, HEAD + DRIVES + said + MISSION + METHODS)
     reference, query = case.sources(1)
     assert isinstance(reference, Drive)
     assert isinstance(query, Drive)
     assert (reference.trigger.distance, query.trigger.distance) == (0.85, distance)
+
+
+def test_environments_call_a_switch_right_as_missions_do() -> None:
+    assert ScoreTable().within == WITHIN
 
 
 def test_who_looks_at_nothing_needs_no_images(tmp_path: Path) -> None:

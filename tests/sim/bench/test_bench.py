@@ -1,6 +1,7 @@
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import mujoco
@@ -302,6 +303,19 @@ def test_the_light_from_all_sides_is_that_of_the_place(lamp: Lamp) -> None:
             bench.sense()
             assert lamp.around[-1] == world.ambient.at(bench.data.camera("robuter/camera-1").xpos)
     assert 0.0 < lamp.around[0] < lamp.around[1]
+
+
+def test_nothing_is_drawn_for_a_covered_camera(corridor: World, lamp: Lamp) -> None:
+    small = square_camera(CameraModel(), 16)
+    settings = BenchSettings(
+        camera_models={"camera-1": replace(small, lens=replace(small.lens, k1=-0.2)), "camera-2": small}
+    )
+    with bench_in(corridor, settings=settings) as bench:
+        bench.covered = frozenset({"camera-1"})
+        images = bench.sense().images
+    assert len(lamp.sizes) == len(lamp.around) == 1
+    assert [images[name].shape for name in ("camera-1", "camera-2")] == [(16, 16)] * 2
+    assert images["camera-1"].mean() < 5 < images["camera-2"].mean()
 
 
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")

@@ -1,7 +1,9 @@
 """Tasks of one's own: registered under two ids, made from JSON and in workers, held to Gymnasium's checks."""
 
+import math
 import warnings
 from collections.abc import Iterator
+from typing import cast
 
 import gymnasium as gym
 import numpy as np
@@ -97,6 +99,10 @@ def test_what_workers_could_not_find_is_not_registered() -> None:
 
     with pytest.raises(SimError, match=r"Inside lies in a function; valid is a class at the top of a module$"):
         register_task("mine/Inside-v0", Inside, world="corridor:3", seconds=30)
-    with pytest.raises(SimError, match=r"^seconds = 0 is not valid; valid is more than 0$"):
-        register_task("mine/GoHome-v0", GoHome, world="corridor:3", seconds=0)
+    for seconds in (0, -1.0, math.nan, math.inf, "10", 10**400):
+        with pytest.raises(SimError, match=r"^seconds = .{1,60} is not valid; valid is more than 0, and 1000000000 at"):
+            register_task("mine/GoHome-v0", GoHome, world="corridor:3", seconds=cast(float, seconds))
+    for name in ("mine/Go home-v0", "mine/", "", 3):
+        with pytest.raises(SimError, match=r"^name .* is not valid; valid is one such as 'mine/GoHome-v0'$"):
+            register_task(cast(str, name), GoHome, world="corridor:3", seconds=30)
     assert not [name for name in gym.registry if name.startswith("mine/")]

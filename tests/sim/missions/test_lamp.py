@@ -86,7 +86,7 @@ def test_it_goes_backwards_and_along_an_arc(bare: World) -> None:
     """The second stage counts from its own start: 0.5 m and 45° on a radius of 0.64 m, chord 2 r sin(45°/2)."""
     ended, rest, _ = ran(bare, "MOVE LV -200 DIL 500\nMOVE LV 200 AV 18 ANL 45")
     assert ended.finished
-    assert ended.stages[0].path[-1][0] == pytest.approx(2.5, abs=0.01)
+    assert ended.stages[0].end.path[-1][0] == pytest.approx(2.5, abs=0.01)
     radius = 0.2 / math.radians(18)
     assert rest.heading == pytest.approx(math.radians(45), abs=math.radians(0.6))
     assert rest.x == pytest.approx(2.5 + radius * math.sin(math.radians(45)), abs=0.02)
@@ -111,7 +111,7 @@ def test_it_ends_where_the_sonar_reads_less(bare: World, near: int, speed: int) 
     assert left == pytest.approx(near / 1000, abs=2 * SIGMA)
     assert abs(rest.y) < 0.01
     assert abs(rest.heading) < math.radians(0.5)
-    assert ended.stages[0].why.startswith("sonar 1 reads")
+    assert ended.stages[0].end.why.startswith("sonar 1 reads")
 
 
 @pytest.mark.quick_cases("1-1")
@@ -120,7 +120,7 @@ def test_it_goes_beside_the_wall_of_its_side(bare: World, side: int, sign: int) 
     """The walls are at y = ±1.2 m; it comes from the middle and a little aslant."""
     ended, rest, touched = ran(bare, f"MOVP MV 200 PS {side} USL 1000 SEN 1", (2.0, 0.0, 0.05))
     assert ended.finished
-    path = ended.stages[0].path
+    path = ended.stages[0].end.path
     off = 1.2 - sign * path[path[:, 0] > 7.0, 1] - KEEPS
     assert len(off) > 50
     assert np.abs(off).max() < 0.06
@@ -149,22 +149,22 @@ def test_it_does_not_go_through_a_closed_wall() -> None:
     ended, rest, touched = ran(corridor(LENGTH, CLOSED), "CROSS\nMOVE AV 20 ANL 90", (4.8, 0.0, 0.0))
     assert not ended.finished
     assert len(ended.stages) == 1, "what comes after a stage that has failed is not begun"
-    assert ended.stages[0].outcome is BehaviourOutcome.FAILED
-    assert ended.stages[0].why.startswith("waited 20 s: sonar: ")
+    assert ended.stages[0].end.outcome is BehaviourOutcome.FAILED
+    assert ended.stages[0].end.why.startswith("waited 20 s: sonar: ")
     assert rest.x + 0.335 < 5.85
     assert not touched
 
 
 def test_where_nothing_is_narrow_crossing_fails(bare: World) -> None:
     ended, rest, _ = ran(bare, "CROSS", (2.0, 0.0, 0.0))
-    assert ended.stages[0].why.startswith("no narrow opening on 4.0")
+    assert ended.stages[0].end.why.startswith("no narrow opening on 4.0")
     assert rest.x == pytest.approx(6.0, abs=0.1)
 
 
 def test_a_stage_that_never_ends_runs_out_of_time(bare: World) -> None:
     ended, _, _ = ran(bare, "MOVE AV 5 ANL 90", timeout=3.0)
     assert not ended.finished
-    assert ended.stages[0].why == "not done after 3 s"
+    assert ended.stages[0].end.why == "not done after 3 s"
     assert ended.time == pytest.approx(3.0, abs=0.1)
 
 
@@ -180,7 +180,9 @@ def test_a_stray_reading_ends_nothing(bare: World) -> None:
 
 def test_the_same_seed_goes_the_same_way_and_another_seed_another(narrow: World) -> None:
     program = "MOVP MV 200 PS 2 USL 1500 SEN 1"
-    paths = [ran(narrow, program, (1.5, -0.1, 0.0), seed=seed, settings=REAL)[0].stages[0].path for seed in (4, 4, 5)]
+    paths = [
+        ran(narrow, program, (1.5, -0.1, 0.0), seed=seed, settings=REAL)[0].stages[0].end.path for seed in (4, 4, 5)
+    ]
     assert paths[0].tobytes() == paths[1].tobytes()
     assert paths[0].tobytes() != paths[2].tobytes()
 
@@ -192,8 +194,8 @@ def test_all_stages_together_take_no_longer_than_the_program_may(bare: World) ->
     stages = parse_lamp("1. MOVE LV 200 DIL 800\n2. MOVE LV 200 DIL 800\n3. MOVE LV 200 DIL 800")
     with Bench(bare, robots.load("robuter"), settings=PERFECT) as bench:
         ended = run_lamp(bench, stages, patience=6.0)
-    assert [one.outcome for one in ended.stages] == [BehaviourOutcome.FINISHED, BehaviourOutcome.FAILED]
-    assert ended.stages[-1].why.startswith("not done after ")
+    assert [one.end.outcome for one in ended.stages] == [BehaviourOutcome.FINISHED, BehaviourOutcome.FAILED]
+    assert ended.stages[-1].end.why.startswith("not done after ")
     assert ended.time == pytest.approx(6.0, abs=0.1)
 
 
@@ -250,7 +252,7 @@ def test_the_eleven_lines_of_the_thesis_lead_through_the_world_made_for_them(see
         touched: set[str] = set()
         ended = run_lamp(bench, parse_lamp(text), each=lambda _: touched.update(touches(bench)))
         rest = bench.pose
-    assert [each.why for each in ended.stages if each.outcome is not BehaviourOutcome.FINISHED] == []
+    assert [each.end.why for each in ended.stages if each.end.outcome is not BehaviourOutcome.FINISHED] == []
     assert ended.finished
     assert not touched
     assert rest.x == pytest.approx(9.03 - AHEAD - 0.3, abs=0.15)  # the leaf of the door at the end

@@ -76,6 +76,12 @@ def test_a_script_as_a_person_writes_it() -> None:
         ("1 halt\n\n  x stop", "keys.txt, line 3, column 3: 'x' is not valid; valid is a time"),
         ("5 halt\n4 stop", "keys.txt, line 2, column 1: '4' is not valid; valid is a time [s] from 5"),
         ("-1 stop", "keys.txt, line 1, column 1: '-1' is not valid"),
+        ("1_5 stop", "keys.txt, line 1, column 1: '1_5' is not valid; valid is a time [s] from 0"),
+        (
+            "2000000 stop",
+            "keys.txt, line 1, column 1: '2000000' is not valid; valid is a time [s] from 0, that of the line before, "
+            "to 1000000",
+        ),
         ("nan stop", "keys.txt, line 1, column 1: 'nan' is not valid"),
         ("1 forward 0\n2 stop", "keys.txt, line 1, column 11: '0' is not valid; valid is a number above 0, up to 10"),
         ("1 forward nan\n2 stop", "keys.txt, line 1, column 11: 'nan' is not valid; valid are forward"),

@@ -5,7 +5,7 @@ from zoneinfo import available_timezones
 
 import pytest
 
-from refseq_bench.worlds.errors import PlanError, WorldsError
+from refseq_bench.worlds.errors import PlanError, UnknownWorldError
 from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
 from tests.worlds.conftest import in_the_open
 
@@ -30,7 +30,7 @@ def test_all_worlds_of_the_library_load() -> None:
 
 
 def test_unknown_world() -> None:
-    with pytest.raises(WorldsError) as caught:
+    with pytest.raises(UnknownWorldError) as caught:
         load_plan("halway")
     seeds = "corridor:SEED, building:SEED (a whole number from 0, 18 digits at most)"
     known = f"{', '.join(world_names())}, {seeds}, or a path ending in .toml"

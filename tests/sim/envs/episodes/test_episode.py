@@ -13,6 +13,7 @@ from gymnasium.wrappers import RecordEpisodeStatistics
 import refseq_bench.sim.envs  # noqa: F401 - registers the ids
 from refseq.map.localiser import Localiser
 from refseq.view import View
+from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.envs.episodes.observations import by_place
 from refseq_bench.sim.envs.robot_env import RobotEnv
 from refseq_bench.sim.envs.tasks.recover import SURE, belief_in
@@ -288,14 +289,17 @@ def test_a_world_without_an_open_door_is_told() -> None:
         env.reset(seed=0)
 
 
-def test_a_world_without_room_is_told(tmp_path: Path) -> None:
+def test_a_world_without_room_is_told_and_its_bench_given_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A table stands where episodes begin; the world is a plan of somebody's own."""
+    closed: list[Bench] = []
+    monkeypatch.setattr(Bench, "close", lambda bench: closed.append(bench))
     table = '[[furniture]]\nname = "table"\nkind = "table"\nat = [-1.7, 0]\nwidth = 2.5\ndepth = 3\nheight = 0.7\n'
     plan = tmp_path / "full.toml"
     plan.write_text(ROOMS.format(form=0, angle=90, hinge="start") + table + 'material = "plaster"\n')
     env = made("CrossDoor", world=str(plan))
     with pytest.raises(SimError, match="world 'rooms-0' has no room for 'robuter' at any of 100 starts"):
         env.reset(seed=0)
+    assert len(closed) == 1
 
 
 def test_options_are_none() -> None:

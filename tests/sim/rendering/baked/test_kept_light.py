@@ -131,6 +131,18 @@ def test_a_damaged_file_is_made_anew(tmp_path: Path, content: bytes | None) -> N
     assert bakery.baked == 2
 
 
+def test_no_byte_can_be_damaged_so_that_reading_fails(tmp_path: Path) -> None:
+    """Bytes have their bits turned round, one after the other."""
+    file = tmp_path / "light.npz"
+    light = Baked(RNG.uniform(size=5), RNG.uniform(size=5) > 0.5, RNG.uniform(size=2))
+    kept_light._keep(file, light)
+    whole = file.read_bytes()
+    for place in range(len(whole)):
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ 0xFF]) + whole[place + 1 :])
+        read = kept_light._read(file, 5, 2)
+        assert read is None or equal(read, light), f"byte {place}"
+
+
 def test_where_nothing_can_be_kept_it_is_baked_each_time(tmp_path: Path) -> None:
     bakery = Bakery()
     (tmp_path / "light").write_text("a file where a folder belongs")
