@@ -33,6 +33,8 @@ class Merged:
     """Joins that a person made, and that odometry and all other joins contradict, ``overruled`` ones among these."""
     overruled: tuple[Decision, ...] = ()
     """Joins that would be made without those of a person, and are refused as they contradict these."""
+    unsupported: tuple[Decision, ...] = ()
+    """Stretches that are refused for want of evidence alone: nothing speaks against them, and nobody decided."""
 
 
 def merge(maps: Iterable[Map], settings: OverlapSettings | None = None) -> Map:
@@ -70,10 +72,16 @@ def merge_maps(
     added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
     own = [merging.wish(wish) for wish in added]
     found, verdicts = merging.found_beside(*merging.judged(found, wishes, own), wishes, own)
-    told = [
-        _Told.of(one, merging.decision(one, verdict), confirm, wishes)
-        for one, verdict in zip(found, verdicts, strict=True)
-    ]
+    proposed = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
+    told = [_Told.of(one, its, confirm, wishes) for one, its in zip(found, proposed, strict=True)]
+    unsupported = tuple(
+        its
+        for one, its, verdict in zip(told, proposed, verdicts, strict=True)
+        if one.decision is its
+        and not its.joined
+        and not one.found.overlap.objection
+        and verdict is not Verdict.CONTRADICTED
+    )
     told += [
         _Told(one, replace(wish, lengths=merging.lengths(wish)), by_person=True)
         for one, wish in zip(own, added, strict=True)
@@ -84,7 +92,7 @@ def merge_maps(
     against = tuple(one.decision for one in told if one.by_person and id(one.found) in strained)
     decisions, stretches = tuple(one.decision for one in told), tuple(one.found for one in told)
     yielding = tuple(one.decision for one in told if any(one.found is other for other in overruled))
-    return Merged(merging.map(joined), decisions, stretches, against, yielding)
+    return Merged(merging.map(joined), decisions, stretches, against, yielding, unsupported)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from refseq.atlas.scans import LONG
 from refseq.map.growth.adding import ROBOT
 from refseq.map.map import Map
 from refseq_bench.scenarios.maps.checks import in_words
+from refseq_bench.scenarios.tables import plural
 
 STRETCHED = 0.07
 """Share by which two odometers may differ in length; more is told. Those of our robots differ by 2 %."""
@@ -22,6 +23,7 @@ def merge_notes(merged: Merged, maps: Sequence[Map], machines: Sequence[Decision
         *_scales(merged.decisions),
         *_strained(merged.strained),
         *_overruled(merged.overruled),
+        *_unsupported(merged.unsupported),
         *_not_found(machines, merged.decisions, maps),
     ]
 
@@ -65,6 +67,15 @@ def _strained(decisions: Sequence[Decision]) -> Iterator[str]:
 def _overruled(decisions: Sequence[Decision]) -> Iterator[str]:
     for one in decisions:
         yield f"{in_words(one)} is refused as it contradicts a person's joins, and would be joined without these"
+
+
+def _unsupported(decisions: Sequence[Decision]) -> Iterator[str]:
+    if decisions:
+        are, them = ("are", "them") if len(decisions) > 1 else ("is", "it")
+        yield (
+            f"{plural(len(decisions), 'stretch')} {are} refused for want of evidence alone: --page shows {them}, and "
+            f"--decisions joins {them} where a person knows better"
+        )
 
 
 def _not_found(machines: Sequence[Decision], found: Sequence[Decision], maps: Sequence[Map]) -> Iterator[str]:

@@ -73,7 +73,7 @@ def aligned(points: NDArray[np.float64], to: NDArray[np.float64]) -> NDArray[np.
 def draw_plan(file: Path, map_: Map, floor: LaidFloor | None = None) -> None:
     """Draw the paths that are joined: full where a path holds its places, dotted where another path does.
 
-    Without a floor plan they are in metres, from where the first of them began; with one, on its picture.
+    Without a floor plan they are in metres, from where one of them began; with one, on its picture.
     """
     with mpl.rc_context({**AS_WRITTEN, "font.size": 8, "svg.hashsalt": "refseq"}), replacing_at(file) as drawn:
         figure = _in_metres(map_) if floor is None else _on_floor(map_, floor)
@@ -83,7 +83,7 @@ def draw_plan(file: Path, map_: Map, floor: LaidFloor | None = None) -> None:
 def _in_metres(map_: Map) -> Figure:
     figure, axes = _sheet(np.ptp(_spots(map_), axis=0) + 1.0, DPI)
     _draw_paths(axes, map_, lambda points: points)
-    axes.set_xlabel("[m], from where the first of them began")
+    axes.set_xlabel("[m], from where one of them began")
     axes.legend()
     return figure
 

@@ -313,6 +313,19 @@ def test_searches_are_let_go_of_one_by_one(monkeypatch: pytest.MonkeyPatch) -> N
     assert max(held) == 6
 
 
+def test_what_is_refused_for_want_of_evidence_alone_is_told_apart() -> None:
+    walks = named_maps(["a", "b"], [TOWN.learnt(A, 1, BEST), TOWN.learnt(B, 2, BEST)])
+    assert merge_maps(walks).unsupported == ()
+    demanding = OverlapSettings(alone=1e6)
+    merged = merge_maps(walks, demanding)
+    (refused,) = merged.decisions
+    assert not refused.joined
+    assert merged.unsupported == (refused,)
+    no = replace(refused, why="a person says so")
+    assert merge_maps(walks, demanding, wishes=[no]).unsupported == (), "a person decided"
+    assert merge_maps(walks, demanding, wishes=[replace(no, joined=True)]).unsupported == ()
+
+
 def test_short_stretches_are_objected_to() -> None:
     one, other = TOWN.learnt([("A", 0, 30), ("B", 0, 6)], 1, BEST), TOWN.learnt([("B", 0, 30)], 2, BEST)
     (found,) = overlaps(one, other, OverlapSettings(least=8))
