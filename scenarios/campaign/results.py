@@ -18,7 +18,7 @@ from platform import python_version
 from refseq.drafts import locked
 from refseq.files import replace_text
 from refseq_bench.scenarios.campaign.case_types import case_page, case_record
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.judge.records import open_record
 from refseq_bench.scenarios.campaign.pages.index import INDEX, index_page

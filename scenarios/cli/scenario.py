@@ -31,7 +31,7 @@ from refseq_bench.scenarios.tables import plural, print_whole, say
 from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:
-    from refseq_bench.scenarios.campaign.declare.cases import Case
+    from refseq_bench.scenarios.campaign.declare.case import Case
     from refseq_bench.scenarios.campaign.judge.drives import Judged
     from refseq_bench.scenarios.campaign.results import Results
     from refseq_bench.scenarios.campaign.run.workers import WorkerPool

@@ -22,7 +22,7 @@ from refseq_bench.scenarios.tables import say
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from refseq_bench.scenarios.campaign.declare.cases import Case
+    from refseq_bench.scenarios.campaign.declare.case import Case
     from refseq_bench.scenarios.campaign.search.dials import Dial
     from refseq_bench.scenarios.campaign.search.search import SearchResult
     from refseq_bench.scenarios.campaign.search.seek import Prober
@@ -118,7 +118,7 @@ def _easy_point(scenario: str, method: str, seeds: str | None, renderer: CameraR
     """The one case that the search begins at, for one method. Raises ``ScenarioError`` where there are several."""
     from refseq_bench.scenarios.campaign.declare.cases import find
     from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
-    from refseq_bench.scenarios.methods.by_name import written_out
+    from refseq_bench.scenarios.methods.names import written_out
     from refseq_bench.sim.rendering.renderer import RendererKind
 
     cases = find([scenario])

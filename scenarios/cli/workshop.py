@@ -57,9 +57,9 @@ def demo(
     from refseq.map.profile import profile_named
     from refseq_bench.scenarios.cli.demo import Demo, run_demo
     from refseq_bench.scenarios.cli.terminal.screen import rerun_command
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.drives.evaluate import results
     from refseq_bench.scenarios.drives.inputs import check_folder
-    from refseq_bench.scenarios.drives.record import Drive
     from refseq_bench.sim.rendering.renderer import RendererKind
     from refseq_bench.worlds.light import light_named
 

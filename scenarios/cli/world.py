@@ -138,7 +138,7 @@ def contact_sheet(
     robot: Annotated[str, ROBOT] = "robuter",
 ) -> None:
     """Show what a robot's cameras see at places along a route, in several lights side by side."""
-    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.world_survey.contact_sheet import contact_sheet as drawn
     from refseq_bench.scenarios.world_survey.snapshots import places_on, snapshots
     from refseq_bench.worlds.light import light_named
@@ -203,7 +203,7 @@ def day(
     route: Route = "forward",
 ) -> None:
     """Tell how many SIFT keys of a picture in one light are found again at the hours of a day, and how light it is."""
-    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.world_survey.day import Day, day_curve, day_table, through_the_day
     from refseq_bench.scenarios.world_survey.snapshots import places_on
     from refseq_bench.worlds.light import light_named

@@ -9,9 +9,9 @@ from refseq.logs import Recording, read_recording
 from refseq.logs.notes import noted
 from refseq.logs.writing import OutputFormat
 from refseq_bench.robots import Stop
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.drives.record import (
     OWN_FORMAT,
-    Drive,
     ViewCallback,
     check_recording,
     described,
@@ -22,8 +22,8 @@ from refseq_bench.scenarios.drives.record import (
 )
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.drives.sensor_rig import sensor_rig
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.teleop.commands import Commands, CommandSource, SessionPhase, SessionStatus
 from refseq_bench.sim.teleop.script import CommandLog, TimedCommand, parse, printed
 from refseq_bench.sim.teleop.session import run_session

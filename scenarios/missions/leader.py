@@ -17,7 +17,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES
-from refseq_bench.scenarios.methods.by_name import is_staged
+from refseq_bench.scenarios.methods.names import is_staged
 from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.scoring.merging import Merging, merged_drives

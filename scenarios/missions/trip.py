@@ -22,7 +22,8 @@ from refseq.viewer.recording import write_recording
 from refseq.viewer.timelines import TIME
 from refseq_bench.robots.individual import CALIBRATED
 from refseq_bench.scenarios.driven_plan import known_by_name
-from refseq_bench.scenarios.drives.record import Drive, open_bench, plan_of
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import open_bench, plan_of
 from refseq_bench.scenarios.drives.viewer_recording import RECORD
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
@@ -32,8 +33,8 @@ from refseq_bench.scenarios.report.plots.mission import mission_plan
 from refseq_bench.scenarios.scoring.missions import score_mission
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.recorder import Trigger
-from refseq_bench.sim.missions.mission import EVERY
+from refseq_bench.sim.drives.trigger import Trigger
+from refseq_bench.sim.missions.view_spacing import EVERY
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.drawing.outline import outline_of
 from refseq_bench.worlds.plans.load import world_names

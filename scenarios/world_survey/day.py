@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from refseq.features.sift import SiftSettings, SiftWords
 from refseq.features.word_extractor import PictureKeys
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.scenarios.world_survey.facts import lux_text
 from refseq_bench.scenarios.world_survey.snapshots import Snapshot, snapshots

@@ -1,7 +1,7 @@
 """Real recordings: a log or a folder of images, beside the scenario's file or in the folder of those at hand."""
 
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path, PurePath
 
 import numpy as np
@@ -10,6 +10,7 @@ from refseq.logs import PairingOptions, Recording, open_log, plan_views
 from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
+from refseq_bench.scenarios.campaign.declare.sources import Images, Log
 from refseq_bench.scenarios.drives.left_out import check_all_views, views_left_out
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
@@ -20,37 +21,6 @@ DATA = "REFSEQ_RECORDINGS"
 
 class AbsentError(Exception):
     """A real recording is not on this machine: what needs it is skipped, with this reason."""
-
-
-@dataclass(frozen=True, slots=True)
-class Log:
-    """A real log: the ``views`` FROM:TO of it, one every ``thin`` [m] (0: all).
-
-    ``noise`` is the seed of the noise that its odometry is given, None: none, for logs whose odometry is a real one.
-    ``truth`` is a trajectory's file, None: the true poses are the log's own. Both are looked for in the folder
-    ``beside`` the scenario, then in that of real recordings.
-    """
-
-    file: str
-    views: str | None = None
-    thin: float = 0.0
-    noise: int | None = None
-    truth: str | None = None
-    beside: Path | None = field(default=None, compare=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Images:
-    """A folder of images of one camera, in the order of their names, looked for as a log is.
-
-    There is no odometry: each view is ``spacing`` [m] after the last, and its true place is its number times that. The
-    images are enlarged or shrunk to ``width`` [pixels].
-    """
-
-    folder: str
-    spacing: float = 1.0
-    width: int = 640
-    beside: Path | None = field(default=None, compare=False)
 
 
 def names_in(source: Log | Images) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
-    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive, TeleopResult
     from refseq_bench.sim.drives.recorder import RecordedView
 

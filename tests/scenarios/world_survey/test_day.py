@@ -8,7 +8,7 @@ from rich.console import Console
 
 from refseq.features.sift import SiftSettings, SiftWords
 from refseq.features.word_extractor import PictureKeys
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.world_survey.day import (
     SAME_PLACE,
     Day,

@@ -16,19 +16,22 @@ from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots import Robot, Twist
 from refseq_bench.sim.acceptance.floor import empty_floor
-from refseq_bench.sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import ADAPTATION, Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.faults import CameraBlack, Fault, FaultSchedule, Kidnap, LaserDazzled, WheelSlip
 from refseq_bench.sim.bench.hardware import SIDES
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.cameras.sensor import WHITE
 from refseq_bench.sim.drives.operator import Operator, OperatorStyle
-from refseq_bench.sim.drives.recorder import RecordedView, Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import RecordedView, drive_and_sense, operator_for
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.beams import BEAMS
-from refseq_bench.sim.sensors.laser import DAZZLE, Laser, LaserModel
+from refseq_bench.sim.sensors.laser import Laser
 from refseq_bench.sim.sensors.laser_echoes import LaserEchoes
+from refseq_bench.sim.sensors.laser_model import DAZZLE, LaserModel
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
