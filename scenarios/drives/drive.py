@@ -6,7 +6,9 @@ Whoever only declares drives, as scenarios do, loads no physics with it.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
+from refseq.view import LASER
 from refseq_bench.robots.individual import CALIBRATED
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import Fault
@@ -14,6 +16,9 @@ from refseq_bench.sim.drives.operator import PATIENCE, OperatorStyle
 from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.sim.sensors.laser_model import RangeMode
+
+if TYPE_CHECKING:
+    from refseq_bench.robots import Robot
 
 QUERY_SEEDS = 1000
 """Added to a reference drive's seed for the query drives: never the same drive twice."""
@@ -95,3 +100,13 @@ def name_of_route(drive: Drive) -> str:
     if not drive.start and drive.end is None:
         return name
     return f"{name} from {drive.start:g} m" + ("" if drive.end is None else f" to {drive.end:g} m")
+
+
+def check_sensors(wanted: tuple[str, ...], robot: "Robot") -> None:
+    """Raise ``ScenarioError`` for a sensor that the robot does not carry, and for one that is named twice."""
+    valid = (*robot.cameras, LASER)
+    for sensor in wanted:
+        if sensor not in valid:
+            raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
+        if wanted.count(sensor) > 1:
+            raise ScenarioError(f"sensors: {sensor} is named twice; valid is once")

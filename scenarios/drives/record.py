@@ -8,9 +8,6 @@ from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from refseq.errors import LogError
 from refseq.logs import Recording
 from refseq.logs.foxglove.writer import RecordingFormat
@@ -19,9 +16,9 @@ from refseq.logs.rig import SensorRig
 from refseq.logs.writing import DriveWriter, OutputFormat
 from refseq.view import LASER, View
 from refseq_bench import robots
-from refseq_bench.robots import Robot
 from refseq_bench.robots.individual import spread_named
-from refseq_bench.scenarios.drives.drive import OWN_ROUTE, Drive, name_of_route
+from refseq_bench.scenarios.drives.drive import Drive, check_sensors, name_of_route
+from refseq_bench.scenarios.drives.route import driven, plan_of
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -36,10 +33,8 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.sim.teleop.session import AbortedError
 from refseq_bench.worlds.build import build_world
-from refseq_bench.worlds.change.change import change_named, changed
+from refseq_bench.worlds.change.change import change_named
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.plans.load import load_plan
-from refseq_bench.worlds.plans.schema import FloorPlan
 
 OWN_FORMAT = RecordingFormat()
 """Format of drives that are kept: who asks for another brings it, so that no key of a recording follows the others."""
@@ -84,39 +79,6 @@ def open_bench(drive: Drive, *, watched: bool = False, pictured: bool = False) -
     if route not in world.routes:
         raise ScenarioError(f"unknown route {route!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
     return Bench(world, robot, route=driven(world.routes[route], drive), seed=drive.seed, settings=settings)
-
-
-def plan_of(drive: Drive) -> FloorPlan:
-    """The floor plan as it is on the drive's day, with the drive's own route. Raises ``WorldsError``."""
-    plan = load_plan(drive.world)
-    if drive.waypoints:
-        plan = plan.model_copy(update={"routes": {**plan.routes, OWN_ROUTE: drive.waypoints}})
-    return changed(plan, change_named(drive.change), drive.day)
-
-
-def driven(route: NDArray[np.float64], drive: Drive) -> NDArray[np.float64]:
-    """The stretch of a route (n, 2) [m] that is driven. Raises ``ScenarioError`` where the route has no such one."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(route, axis=0).T))])
-    length = float(along[-1])
-    end = length if drive.end is None else drive.end
-    if not 0 <= drive.start < end <= length + 1e-9:
-        raise ScenarioError(
-            f"start {drive.start} m and end {end:g} m are no stretch of route {drive.route!r}; valid is 0 or more, "
-            f"start before end, at most {length:g} m"
-        )
-    inner = route[(along > drive.start) & (along < end)]
-    ends = [[float(np.interp(at, along, route[:, axis])) for axis in (0, 1)] for at in (drive.start, end)]
-    return np.array([ends[0], *inner, ends[1]])
-
-
-def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
-    """Raise ``ScenarioError`` for a sensor that the robot does not carry, and for one that is named twice."""
-    valid = (*robot.cameras, LASER)
-    for sensor in wanted:
-        if sensor not in valid:
-            raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
-        if wanted.count(sensor) > 1:
-            raise ScenarioError(f"sensors: {sensor} is named twice; valid is once")
 
 
 def record(

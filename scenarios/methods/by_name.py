@@ -8,40 +8,14 @@ from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.errors import RefseqError
 from refseq.features.memory import DescriptionMemory, described_once
 from refseq.map.localiser import localise, smoothed
-from refseq.map.profile import profile_named
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES
-from refseq_bench.scenarios.methods.names import GROUPS, IN_HINDSIGHT, METHODS, profile_of, written_out
-from refseq_bench.scenarios.methods.plugins import (
-    MisbehavedError,
-    PluginLocaliser,
-    check_plugin,
-    installed,
-    is_plugin,
-)
+from refseq_bench.scenarios.methods.names import profile_of
+from refseq_bench.scenarios.methods.plugins import MisbehavedError, PluginLocaliser, is_plugin
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.scoring.comparison import HINDSIGHT
 from refseq_bench.scenarios.scoring.merging import Merging, by_views, merged_drives
-
-
-def methods_named(names: Sequence[str] | None) -> tuple[str, ...]:
-    """Methods by their names, each once; without names all there are. ``ScenarioError`` for an unknown one."""
-    wanted = written_out(names or METHODS)
-    check_methods(wanted)
-    return wanted
-
-
-def check_methods(names: Iterable[str]) -> None:
-    """Raise ``ScenarioError`` for the first name that is no method's, ``MapError`` for a setting that is not valid."""
-    for name in names:
-        if is_plugin(name):
-            check_plugin(name)
-        elif (profile := profile_of(name)) is not None:
-            profile_named(profile)
-        elif name not in METHODS:
-            valid = ", ".join((*METHODS, *GROUPS, *IN_HINDSIGHT, *installed(), "package.module:Class"))
-            raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, ./program")
 
 
 def answers(

@@ -23,7 +23,8 @@ from refseq.viewer.timelines import TIME
 from refseq_bench.robots.individual import CALIBRATED
 from refseq_bench.scenarios.driven_plan import known_by_name
 from refseq_bench.scenarios.drives.drive import Drive
-from refseq_bench.scenarios.drives.record import open_bench, plan_of
+from refseq_bench.scenarios.drives.record import open_bench
+from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.scenarios.drives.viewer_recording import RECORD
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of

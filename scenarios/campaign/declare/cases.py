@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
@@ -23,15 +24,8 @@ SUFFIX = ".toml"
 
 
 def names() -> tuple[str, ...]:
-    """Scenarios of the library."""
-    files = ((path, path.stat().st_mtime_ns) for path in LIBRARY.glob(f"*{SUFFIX}"))
-    return tuple(sorted(path.stem for path, changed_ns in files if _is_scenario(path, changed_ns)))
-
-
-@cache
-def _is_scenario(path: Path, changed_ns: int) -> bool:
-    """Not a floor plan that lies beside the scenarios that drive in it."""
-    return "reference" in _table(path)
+    """Scenarios of the library, without the floor plans that lie beside those that drive in them."""
+    return tuple(sorted(path.stem for path in LIBRARY.glob(f"*{SUFFIX}") if "reference" in _table(path)))
 
 
 def find(names_or_files: Sequence[str], *, runnable: bool = True) -> list[Case]:
@@ -86,12 +80,13 @@ def load(path: Path, *, runnable: bool = True) -> list[Case]:
     Raises ``ScenarioError`` with the file, the key and what is valid.
     """
     table = _table(path)
+    of_each = {key: value for key, value in table.items() if key != "vary"}
     try:
-        cases = [_case(path, name, values, put(table, values)) for name, values in expanded(table.pop("vary", None))]
+        variations = expanded(table.get("vary"))
+        cases = [_case(path, name, values, put(of_each, values)) for name, values in variations]
         if runnable:
-            from refseq_bench.scenarios.campaign.declare.runnable import (
-                check_runnable,  # robots, worlds and all methods
-            )
+            # Robots, worlds and sensors, which who lists scenarios does not wait for.
+            from refseq_bench.scenarios.campaign.declare.runnable import check_runnable
 
             check_runnable(cases)
     except input_errors() as error:
@@ -99,11 +94,19 @@ def load(path: Path, *, runnable: bool = True) -> list[Case]:
     return cases
 
 
-def _table(path: Path) -> dict[str, Any]:
+def _table(path: Path) -> Mapping[str, Any]:
+    """The table of a file, to which nobody writes: of the library's it is shared."""
     try:
-        return read_toml(path)
+        ours = path.parent == LIBRARY and path.is_file()
+        return _of_library(path, path.stat().st_mtime_ns) if ours else read_toml(path)
     except TextFileError as error:
         raise ScenarioError(f"{path}: {error}; valid is a scenario in TOML") from None
+
+
+@cache
+def _of_library(path: Path, _changed_ns: int) -> Mapping[str, Any]:
+    """Read a file of the library once, as all names are looked for in all of them; again where it was changed."""
+    return MappingProxyType(read_toml(path))
 
 
 def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:

@@ -10,8 +10,8 @@ from refseq.view import LASER
 from refseq_bench import robots
 from refseq_bench.robots import Robot
 from refseq_bench.robots.behaviours.written import parse_behaviour
-from refseq_bench.scenarios.drives.drive import Drive, name_of_route
-from refseq_bench.scenarios.drives.record import check_sensors, driven, plan_of
+from refseq_bench.scenarios.drives.drive import Drive, check_sensors, name_of_route
+from refseq_bench.scenarios.drives.route import driven, plan_of
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import CameraBlack, check_driven, check_fault
 from refseq_bench.sim.cameras.library import load_camera

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from refseq.map.profile import profile_named
 from refseq_bench.scenarios.campaign.declare.mission_checks import check_leaders, check_mission
 from refseq_bench.scenarios.campaign.declare.schema import Declared, MissionScenario, Scenario
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.errors import ScenarioError, named
-from refseq_bench.scenarios.methods.by_name import check_methods
+from refseq_bench.scenarios.methods.checks import check_methods, check_profile
 from refseq_bench.scenarios.methods.names import is_hindsight
 
 
@@ -35,7 +34,7 @@ class LocalisingChecks(TypeChecks):
 
     def check_methods(self, scenario: Scenario) -> None:
         """Localisers only."""
-        profile_named(scenario.localise.profile)
+        check_profile(scenario.localise.profile)
         with named("localise"):
             check_methods(scenario.methods)
 

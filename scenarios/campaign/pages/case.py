@@ -12,7 +12,7 @@ from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, asked_views, l
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
 from refseq_bench.scenarios.drives.drive import Drive
-from refseq_bench.scenarios.drives.record import plan_of
+from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.scenarios.report.document import details, facts
 from refseq_bench.scenarios.report.page import rendered
 from refseq_bench.scenarios.report.plots.plan import FloorOutline

@@ -57,7 +57,7 @@ def compare(
 ) -> None:
     """Compare methods on the same views, baselines among them."""
     from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark, tolerances_of
-    from refseq_bench.scenarios.methods.by_name import methods_named
+    from refseq_bench.scenarios.methods.checks import methods_named
     from refseq_bench.scenarios.scoring.figures import figures_record
 
     check_output(output, report, of=drives)

@@ -24,7 +24,7 @@ from refseq_bench.scenarios.campaign.run.tasks import RecordTask, distinct
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.drives.drive import QUERY_SEEDS, Drive
-from refseq_bench.scenarios.drives.record import driven, plan_of
+from refseq_bench.scenarios.drives.route import driven, plan_of
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.library import LIBRARY
 from refseq_bench.scenarios.scoring.path_geometry import WIDE

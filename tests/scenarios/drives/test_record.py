@@ -14,8 +14,8 @@ from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import LASER, View
 from refseq_bench import robots
-from refseq_bench.scenarios.drives.drive import Drive
-from refseq_bench.scenarios.drives.record import Progress, check_sensors, open_bench, record
+from refseq_bench.scenarios.drives.drive import Drive, check_sensors
+from refseq_bench.scenarios.drives.record import Progress, open_bench, record
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.drives.recorder import drive_and_sense, operator_for
