@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from statistics import median
 
-from refseq.modules.heads import MessageError, head_bytes
+from refseq.modules.heads import MessageError, Parts, head_bytes
 from refseq.modules.link import Link
 from refseq.modules.messages import (
     BELIEF,
@@ -19,7 +19,6 @@ from refseq.modules.messages import (
     VIEWS,
     BeliefHead,
     Command,
-    Parts,
     Step,
     head_of,
     part,

@@ -364,7 +364,7 @@ class Screen:
 
     def check(self, instead: Path | None) -> None:
         """Raise ``RefseqError`` where nothing could be shown; files ``instead`` need no viewer."""
-        from refseq.viewer.sinks import check_answers, check_display, check_free
+        from refseq.viewer.checks import check_answers, check_display, check_free
 
         if instead is not None:
             return

@@ -6,7 +6,8 @@ import pytest
 
 from refseq.missions import Status
 from refseq_bench.scenarios.missions import filmstrip
-from refseq_bench.scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
+from refseq_bench.scenarios.missions.bystander import Bystander, MissionFrame
+from refseq_bench.scenarios.missions.filmstrip import filmstrip_of
 
 
 def seen(every: float, moments: list[tuple[float, str, Status]], monkeypatch: pytest.MonkeyPatch) -> list[MissionFrame]:

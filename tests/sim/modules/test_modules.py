@@ -13,9 +13,9 @@ from refseq.map.profile import BEST
 from refseq.missions import Errand, Executor, Landmarks, Plan, Wait, compiled, parse_mission, path_along
 from refseq.missions.tasks import Photograph, Task
 from refseq.modules.executor import MissionModule
-from refseq.modules.heads import MessageError
+from refseq.modules.heads import MessageError, Parts
 from refseq.modules.localiser import LocaliserModule
-from refseq.modules.messages import BELIEF, STEPS, Parts, Step, belief_in, head_of
+from refseq.modules.messages import BELIEF, STEPS, Step, belief_in, head_of
 from refseq.modules.process import Role
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench

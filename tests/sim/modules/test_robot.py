@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from refseq.modules.heads import head_bytes
+from refseq.modules.heads import Parts, head_bytes
 from refseq.modules.messages import (
     BELIEF,
     BELIEFS,
@@ -17,7 +17,6 @@ from refseq.modules.messages import (
     VIEWS,
     BeliefHead,
     Command,
-    Parts,
     Step,
     head_of,
     part,
