@@ -86,7 +86,7 @@ def load(path: Path, *, runnable: bool = True) -> list[Case]:
         cases = [_case(path, name, values, put(of_each, values)) for name, values in variations]
         if runnable:
             # Robots, worlds and sensors, which who lists scenarios does not wait for.
-            from refseq_bench.scenarios.campaign.declare.runnable import check_runnable
+            from refseq_bench.scenarios.campaign.declare.checks.runnable import check_runnable
 
             check_runnable(cases)
     except input_errors() as error:

@@ -6,15 +6,15 @@ from dataclasses import replace
 from typing import Any
 
 from refseq_bench.scenarios.campaign.declare.case import Case
-from refseq_bench.scenarios.campaign.declare.expectations import about
-from refseq_bench.scenarios.campaign.declare.runnable import (
+from refseq_bench.scenarios.campaign.declare.checks.by_type import checks_for
+from refseq_bench.scenarios.campaign.declare.checks.runnable import (
     check_chosen_elsewhere,
     check_drawn,
     check_drives_apart,
     check_judged,
 )
+from refseq_bench.scenarios.campaign.declare.expectations import about
 from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, SourceTable
-from refseq_bench.scenarios.campaign.declare.type_checks import checks_for
 from refseq_bench.scenarios.errors import ScenarioError, named
 from refseq_bench.scenarios.methods.names import written_out
 from refseq_bench.scenarios.tables import plural

@@ -1,6 +1,6 @@
 """Types of scenarios, localising a drive or carrying out a mission: schema, defaults, figures.
 
-Checks of each type: ``refseq_bench.scenarios.campaign.declare.type_checks``. Work on cases of each type:
+Checks of each type: ``refseq_bench.scenarios.campaign.declare.checks.by_type``. Work on cases of each type:
 ``refseq_bench.scenarios.campaign.case_types``.
 """
 

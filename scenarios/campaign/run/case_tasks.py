@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from refseq_bench.scenarios.campaign.declare.assignment import Assignment
 from refseq_bench.scenarios.campaign.declare.case import Case
-from refseq_bench.scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
+from refseq_bench.scenarios.campaign.declare.checks.missions import asked_mission, program_of, target_of
 from refseq_bench.scenarios.campaign.declare.schema import MissionScenario, Scenario
 from refseq_bench.scenarios.campaign.run.mission_task import MissionTask
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, Question

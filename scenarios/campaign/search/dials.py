@@ -8,7 +8,7 @@ from typing import Any
 from refseq.view import LASER
 from refseq_bench.robots.individual import SPREADS
 from refseq_bench.scenarios.campaign.declare.case import Case
-from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.overrides import with_sources
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable
 from refseq_bench.scenarios.drives.drive import Drive

@@ -14,7 +14,7 @@ from refseq.logs import read_recording
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.cases import find, load, names
-from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, real_paths
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable, MissionScenario, Scenario

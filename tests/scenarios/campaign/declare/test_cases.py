@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from refseq.errors import LogError
 from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.cases import find, load
-from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.figures import FIGURES
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, place_below, read_real
 from refseq_bench.scenarios.campaign.declare.schema import Scenario

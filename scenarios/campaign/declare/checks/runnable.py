@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from refseq_bench.scenarios.campaign.declare.case import Case, of_seed
-from refseq_bench.scenarios.campaign.declare.drivable import check_drive, check_learnable, check_signal_faults
+from refseq_bench.scenarios.campaign.declare.checks.by_type import checks_for
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_drive, check_learnable, check_signal_faults
 from refseq_bench.scenarios.campaign.declare.drive_seeds import added_seeds, check_apart
 from refseq_bench.scenarios.campaign.declare.schema import ONLY_SEED, Declared, DriveTable, Scenario, is_drawn
-from refseq_bench.scenarios.campaign.declare.type_checks import checks_for
 from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.errors import ScenarioError, named
 from refseq_bench.scenarios.methods.chosen_on import refuse_chosen_on

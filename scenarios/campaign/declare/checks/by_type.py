@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from refseq_bench.scenarios.campaign.declare.mission_checks import check_leaders, check_mission
+from refseq_bench.scenarios.campaign.declare.checks.missions import check_leaders, check_mission
 from refseq_bench.scenarios.campaign.declare.schema import Declared, MissionScenario, Scenario
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.errors import ScenarioError, named
