@@ -5,13 +5,15 @@ for: an error that does not average out over a path.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-from scipy.sparse.linalg import spsolve
 
 from refseq.planar import wrapped
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 MOST_STEPS, SMALL_STEP = 20, 1e-9
 """Least squares end after so many steps, or with a step that moves no pose by more [m, rad]."""
@@ -111,6 +113,10 @@ def best_fit(
     The poses ``held`` stay where they are: one of each group that relations join, or nothing says where the group is.
     Odometers' scales are 0 with a standard deviation ``scale_sigma``; 0 leaves them out.
     """
+    # A fifth of a second to import, which whoever only moves poses does not wait for.
+    from scipy import sparse
+    from scipy.sparse.linalg import spsolve
+
     poses, held = start.copy(), np.asarray(held, np.intp)
     odometers = 1 + int(relations.odometers.max(initial=UNSCALED)) if scale_sigma else 0
     scales = np.zeros(odometers)
@@ -132,8 +138,10 @@ def best_fit(
 
 def _linearised(
     relations: Relations, poses: NDArray[np.float64], scales: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], sparse.csr_array]:
+) -> "tuple[NDArray[np.float64], csr_array]":
     """Errors (3n,) of relations in their sigmas, and their slopes (3n, 3m + s) by poses and scales."""
+    from scipy.sparse import csr_array  # as in ``best_fit``
+
     start, end = relations.pairs.T
     found = motions_between(poses[start], poses[end])
     scaled = np.flatnonzero(relations.odometers >= 0) if len(scales) else np.zeros(0, np.intp)
@@ -159,4 +167,4 @@ def _linearised(
     ]
     rows, columns, values = (np.concatenate(part) for part in zip(*parts, strict=True))
     shape = (errors.size, poses.size + len(scales))
-    return (errors / relations.sigmas).ravel(), sparse.csr_array((values, (rows, columns)), shape=shape)
+    return (errors / relations.sigmas).ravel(), csr_array((values, (rows, columns)), shape=shape)

@@ -5,6 +5,9 @@ from dataclasses import dataclass, fields
 
 from refseq_bench.robots.errors import RobotsError
 
+WHEELS = ("left", "right")
+"""The drive wheels, in the order of all pairs: of joints, of actuators, of speeds."""
+
 
 @dataclass(frozen=True, slots=True)
 class Twist:

@@ -3,12 +3,14 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-
-import mujoco
+from typing import TYPE_CHECKING
 
 from refseq_bench.robots.control import ControlLayer
 from refseq_bench.robots.motion import DifferentialDrive, Limits
 from refseq_bench.robots.odometry import Geometry
+
+if TYPE_CHECKING:  # behaviours know a robot's shape, and need no physics
+    import mujoco
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +44,7 @@ class Robot:
     """
 
     name: str
-    spec: mujoco.MjSpec
+    spec: "mujoco.MjSpec"
     base: str
     drive: DifferentialDrive
     limits: Limits

@@ -5,6 +5,8 @@ either: pydantic's validators turn it into their own, and code that reads number
 """
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 FAMILIES = {
     "refseq": "RefseqError",
@@ -29,3 +31,12 @@ def input_errors() -> tuple[type[Exception], ...]:
     """
     loaded = ((sys.modules.get(f"{room}.errors"), family) for room, family in FAMILIES.items())
     return (ScenarioError, *(getattr(module, family) for module, family in loaded if module is not None))
+
+
+@contextmanager
+def named(table: str) -> Iterator[None]:
+    """Name the table in which something is wrong."""
+    try:
+        yield
+    except input_errors() as error:
+        raise ScenarioError(f"{table}: {error}") from error

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from refseq_bench.sim.bench.settings import BenchSettings
     from refseq_bench.sim.cameras.camera import CameraModel
     from refseq_bench.sim.drives.operator import Operator, OperatorStyle
-    from refseq_bench.sim.drives.recorder import Trigger, record
+    from refseq_bench.sim.drives.recorder import record
+    from refseq_bench.sim.drives.trigger import Trigger
     from refseq_bench.sim.errors import RendererError, SimError, StuckError
     from refseq_bench.sim.rendering.renderer import RendererKind
     from refseq_bench.sim.sensors.inertial import InertialModel
-    from refseq_bench.sim.sensors.laser import LaserModel
+    from refseq_bench.sim.sensors.laser_model import LaserModel
     from refseq_bench.sim.sensors.sonar import SonarModel
 
 if __name__ != "refseq_bench.sim":
@@ -34,11 +35,12 @@ _HOMES = {
     "bench.settings": ("BenchSettings",),
     "cameras.camera": ("CameraModel",),
     "drives.operator": ("Operator", "OperatorStyle"),
-    "drives.recorder": ("Trigger", "record"),
+    "drives.recorder": ("record",),
+    "drives.trigger": ("Trigger",),
     "errors": ("RendererError", "SimError", "StuckError"),
     "rendering.renderer": ("RendererKind",),
     "sensors.inertial": ("InertialModel",),
-    "sensors.laser": ("LaserModel",),
+    "sensors.laser_model": ("LaserModel",),
     "sensors.sonar": ("SonarModel",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}

@@ -21,7 +21,7 @@ from refseq_bench.scenarios.campaign.declare.cases import find, names
 from refseq_bench.scenarios.campaign.pages.tables import blocks
 from refseq_bench.scenarios.campaign.pages.track_score import ALL
 from refseq_bench.scenarios.cli.app import NAMES, command_tree, exit_code
-from refseq_bench.scenarios.methods.by_name import check_methods
+from refseq_bench.scenarios.methods.checks import check_methods
 from tests.commands import MISUSED, check_commands, own, parse
 from tests.pages import ASKED, FENCE, ROOT, Example, Page, pages
 from tests.support import corridor_drive

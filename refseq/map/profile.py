@@ -23,6 +23,7 @@ from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.matching.log_ratio import LogRatioSettings
 from refseq.inference.matching.mixture import MixtureForm, MixtureSettings
 from refseq.map.format.parameters import RANGES, Range
+from refseq.map.names import PROFILE_NAMES
 
 NEURAL_FEATURE = "neural"
 """Name of the feature that asks a neural network for keys."""
@@ -118,7 +119,7 @@ NEURAL = replace(BEST, features=(NEURAL_FEATURE, *BEST.features[1:]))
 """``BEST`` with the keys of a neural network in place of SIFT's; the user brings the network."""
 
 PROFILES: Mapping[str, Profile] = MappingProxyType(
-    {"thesis": THESIS, "counting": COUNTING, "best": BEST, "neural": NEURAL}
+    dict(zip(PROFILE_NAMES, (THESIS, COUNTING, BEST, NEURAL), strict=True))
 )
 """The named profiles."""
 

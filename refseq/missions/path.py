@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.behaviours import begun
-from refseq.map.map import Map
 from refseq.map.paths.annotations import PathDoor
-from refseq.map.paths.path import MapPath
 
-if TYPE_CHECKING:
-    from refseq.atlas.routes import (
-        Route,
-    )  # its graphs take a tenth of a second to import, and a route is made elsewhere
+if TYPE_CHECKING:  # each takes a tenth of a second to import, and who asks for a way has loaded a map, or made a route
+    from refseq.atlas.routes import Route
+    from refseq.map.map import Map
+    from refseq.map.paths.path import MapPath
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class HeldPlaces(NamedTuple):
     along: NDArray[np.float64]
 
 
-def path_along(map_: Map, path: MapPath | None = None) -> MissionPath:
+def path_along(map_: "Map", path: "MapPath | None" = None) -> MissionPath:
     """A whole path of a map, by default the first; a door that was only seen ahead of its end is none along it."""
     path = path or map_.paths[0]
     behaviours = path.annotations.behaviours or ("",) * len(path)
@@ -75,7 +73,7 @@ def _doors_between(doors: Sequence[PathDoor], start: float, end: float) -> tuple
     return tuple(replace(door, along=door.along - start) for door in doors if start <= door.along <= end)
 
 
-def path_of(map_: Map, route: "Route") -> MissionPath:
+def path_of(map_: "Map", route: "Route") -> MissionPath:
     """A route through a map; where it changes paths, it goes on as that path was driven there.
 
     Where one is already there it is a single place, also of the two that a loop makes one.
@@ -102,7 +100,7 @@ def joined(legs: Sequence[MissionPath]) -> MissionPath:
     return whole
 
 
-def _leg(map_: Map, path: MapPath, first: int, last: int) -> MissionPath:
+def _leg(map_: "Map", path: "MapPath", first: int, last: int) -> MissionPath:
     whole = path_along(map_, path)
     views = slice(first, last + 1)
     start, end = whole.along[[first, last]].tolist()

@@ -1,13 +1,16 @@
 """True places of a mission's way: for scoring and rewards only, a robot never sees them."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.missions.path import MissionPath
-from refseq.missions.plan import Plan
 from refseq.planar import Pose
+
+if TYPE_CHECKING:  # scores measure distances to lines, and load no plan for it
+    from refseq.missions.path import MissionPath
+    from refseq.missions.plan import Plan
 
 AHEAD = 0.5
 """Distance behind and ahead of a place that gives the direction of a way there [m]."""
@@ -17,7 +20,7 @@ AHEAD = 0.5
 class TrueWay:
     """A ``way``, and where its places really are, (n, 2) [m]."""
 
-    way: MissionPath
+    way: "MissionPath"
     places: NDArray[np.float64]
 
     def position(self, along: float) -> NDArray[np.float64]:
@@ -30,7 +33,7 @@ class TrueWay:
         ends = [self.position(start)] if end <= start else [self.position(start), *between, self.position(end)]
         return np.array(ends)
 
-    def where(self, plan: Plan, number: int) -> NDArray[np.float64]:
+    def where(self, plan: "Plan", number: int) -> NDArray[np.float64]:
         """Where an order of a plan may begin: what lasts until a place is reached on all of its stretch."""
         order = plan.orders[number]
         return self.stretch(order.at, plan.end_of(number) if order.travels else order.at)

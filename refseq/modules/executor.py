@@ -6,7 +6,7 @@ from refseq.missions.executor import Executor
 from refseq.missions.plan import Plan
 from refseq.missions.status import Status
 from refseq.missions.tasks import Wait
-from refseq.modules.heads import MessageError, MissingError, head_bytes
+from refseq.modules.heads import MessageError, MissingError, Parts, head_bytes
 from refseq.modules.messages import (
     BELIEF,
     HEAD,
@@ -14,7 +14,6 @@ from refseq.modules.messages import (
     STEPS,
     Command,
     OrderHead,
-    Parts,
     Step,
     belief_in,
     head_of,

@@ -1,4 +1,4 @@
-"""Heads of messages: JSON objects read into frozen dataclasses, every value checked by its field's type."""
+"""Parts of messages, and their heads: JSON objects read into frozen dataclasses, every value checked by its type."""
 
 import json
 from collections.abc import Callable
@@ -12,6 +12,9 @@ from refseq.errors import RefseqError
 
 Head = TypeVar("Head")
 _reader: Callable[..., TypeAdapter[Any]] = cache(TypeAdapter)
+
+Parts = list[tuple[str, bytes]]
+"""A message: the names of its parts and their bytes."""
 
 
 class MessageError(RefseqError):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from refseq.access.policy import AccessPolicy, is_loopback, random_token
 from refseq.errors import RefseqError
-from refseq.modules.messages import Parts
+from refseq.modules.heads import Parts
 
 if TYPE_CHECKING:
     import zenoh

@@ -2,14 +2,13 @@
 
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
-from refseq.modules.heads import MissingError, head_bytes
+from refseq.modules.heads import MissingError, Parts, head_bytes
 from refseq.modules.messages import (
     BELIEF,
     BELIEFS,
     HEAD,
     VIEWS,
     BeliefHead,
-    Parts,
     ViewHead,
     head_of,
     view_in,

@@ -21,13 +21,11 @@ from refseq.fault import DeclaredFault, FaultKind
 from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.foxglove.writer import FAST_PNG
 from refseq.logs.source import NANOSECONDS
-from refseq.modules.heads import MessageError, head_bytes, read_head
+from refseq.modules.heads import MessageError, Parts, head_bytes, read_head
 from refseq.serve.channels import robot_channel
 from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
 from refseq.view import LASER, Scan, View, facing
 
-Parts = list[tuple[str, bytes]]
-"""A message: the names of its parts and their bytes."""
 HEAD, STATE, BELIEF = "head", "state", "belief"
 CAMERA = "camera/"
 """Begin of the names of pictures."""

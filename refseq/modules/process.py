@@ -7,9 +7,9 @@ from enum import StrEnum
 from functools import partial
 from typing import Protocol
 
-from refseq.modules.heads import MissingError
+from refseq.modules.heads import MissingError, Parts
 from refseq.modules.link import AGAIN, Link, Publish
-from refseq.modules.messages import STEPS, Parts, Step, head_of
+from refseq.modules.messages import STEPS, Step, head_of
 
 TRIES = 10
 """So often a module asks for what is kept: on a busy machine a new message may come before the older ones."""

@@ -7,13 +7,13 @@ import rerun.blueprint as rrb
 
 from refseq.belief import Belief, Stage
 from refseq.map.map import Map
+from refseq.modules.heads import Parts
 from refseq.modules.messages import (
     BELIEF,
     ORDERS,
     STEPS,
     VIEWS,
     OrderHead,
-    Parts,
     Step,
     ViewHead,
     belief_in,

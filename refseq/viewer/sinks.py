@@ -4,13 +4,12 @@ Rerun itself connects without saying whether anybody is there, listens on every 
 send: all that is looked at here, and told in one line as a ``RefseqError``.
 """
 
-import os
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from http import HTTPMethod
 from typing import TYPE_CHECKING
@@ -19,10 +18,10 @@ from urllib.parse import quote, urlsplit
 import rerun as rr
 
 from refseq.access.listener import free_port, hidden_host
-from refseq.access.policy import LOOPBACK, AccessPolicy
+from refseq.access.policy import AccessPolicy
 from refseq.children import end_tied, start_apart, start_tied
 from refseq.errors import RefseqError
-from refseq.viewer.http2 import speaks_http2
+from refseq.viewer.checks import check_answers, check_display
 from refseq.viewer.recording import BATCH, new_stream_of
 from refseq.viewer.watched import WatchedStream
 
@@ -33,8 +32,6 @@ MEMORY = "50%"
 """Share of the machine's memory at which a viewer or server drops the oldest data."""
 START = 30.0
 """Seconds that a viewer may take to start."""
-ANSWER = 5.0
-"""Seconds in which a viewer elsewhere answers, and in which it takes the last of what was sent."""
 PROGRAM = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
 """Rerun's program. ``python -m rerun`` imports the library first, which takes seconds; ``-m rerun_cli`` exits with 0
 whatever happens."""
@@ -157,51 +154,7 @@ class HiddenPort:
         return "--bind", self.host, "--port", str(self.port)
 
 
-def check_free(port: int) -> None:
-    """Raise ``RefseqError`` when somebody listens at a port of this machine already, or it is not ours to take."""
-    with closing(socket.socket()) as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # one that was served from a minute ago is free
-        try:
-            probe.bind((LOOPBACK, port))
-        except (OSError, OverflowError) as error:
-            reason = error.strerror if isinstance(error, OSError) else str(error)
-            raise RefseqError(f"port {port} cannot be served from: {reason}; valid is a free port") from error
-
-
-def check_answers(url: str) -> None:
-    """Raise ``RefseqError`` unless something that speaks gRPC answers at a viewer's address."""
-    parts = urlsplit(url)
-    try:
-        port = parts.port
-    except ValueError:
-        port = None
-    if parts.scheme not in ("rerun", "rerun+http", "rerun+https") or not parts.hostname or parts.path != "/proxy":
-        raise RefseqError(f"viewer {url!r}: is no viewer's address; valid is rerun+http://HOST:PORT/proxy")
-    if port is None:
-        raise RefseqError(f"viewer {url!r}: has no port from 1 to 65535; valid is rerun+http://HOST:PORT/proxy")
-    try:
-        with socket.create_connection((parts.hostname, port), timeout=ANSWER) as probe:
-            # Behind encryption it cannot be asked without a library.
-            speaks = parts.scheme != "rerun+http" or speaks_http2(probe)
-    except OSError as error:
-        raise RefseqError(
-            f"viewer {url}: nobody answers ({error.strerror or error}); start one there with 'rerun', "
-            "and see that its port is open to this machine"
-        ) from error
-    if not speaks:
-        raise RefseqError(f"viewer {url}: what answers there is no Rerun viewer")
-
-
 # --- processes ---
-
-
-def check_display() -> None:
-    """Raise ``RefseqError`` where no window can be opened."""
-    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise RefseqError(
-            "no display: DISPLAY and WAYLAND_DISPLAY are unset; valid is a desktop session, or a file "
-            "instead of a window (-o, of refseq live --rrd), a browser (--serve), or a viewer elsewhere (--connect)"
-        )
 
 
 def _wait(process: "subprocess.Popen[bytes]", at: HiddenPort) -> None:

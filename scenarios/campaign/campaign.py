@@ -15,7 +15,7 @@ from typing import Any, TypeGuard
 
 from refseq.errors import RefseqError
 from refseq_bench.scenarios.campaign.case_types import judged
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
 from refseq_bench.scenarios.campaign.judge.drives import Judged

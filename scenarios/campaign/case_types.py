@@ -7,7 +7,7 @@ Here, and nowhere else, it is chosen which; what a scenario may say:
 from collections.abc import Mapping, Sequence
 from typing import cast
 
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
 from refseq_bench.scenarios.campaign.declare.schema import MissionScenario
 from refseq_bench.scenarios.campaign.judge import drives, records

@@ -18,12 +18,13 @@ from platform import python_version
 from refseq.drafts import locked
 from refseq.files import replace_text
 from refseq_bench.scenarios.campaign.case_types import case_page, case_record
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.judge.records import open_record
-from refseq_bench.scenarios.campaign.pages.index import INDEX, index_page
+from refseq_bench.scenarios.campaign.pages.index import index_page
 from refseq_bench.scenarios.campaign.pages.junit import write_junit
 from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot, sweep_plot_of
+from refseq_bench.scenarios.campaign.pages.verdicts import INDEX
 from refseq_bench.scenarios.campaign.run.machine import this_machine
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.campaign.store.result_file import RESULT, CampaignRecord, by_scenario, write_result

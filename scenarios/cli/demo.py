@@ -18,8 +18,9 @@ from refseq.viewer.recording import write_recording
 from refseq.viewer.tab import Tab
 from refseq_bench.scenarios.campaign.run.workers import Processes
 from refseq_bench.scenarios.cli.terminal.bars import Step
+from refseq_bench.scenarios.drives.drive import QUERY_SEEDS, Drive
 from refseq_bench.scenarios.drives.evaluate import compare
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, record
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.report.document import write_report
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.worlds.drawing.outline import outline_of

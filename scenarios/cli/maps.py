@@ -78,7 +78,6 @@ def learn(
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """Learn a map, a reference sequence, from a first drive."""
-    from refseq.map.learning import learn as learn_map
     from refseq.map.profile import profile_named
 
     check_output(output, of=[recording, *selection.chosen().files])
@@ -86,6 +85,9 @@ def learn(
     drive = read_drive(recording, selection.with_noise(seed), wanted)
     notes = reading_notes(selection.chosen())
     metadata = {**without_reading_notes(drive.metadata), "source": recording.name, **notes}
+
+    from refseq.map.learning import learn as learn_map
+
     map_ = learn_map(
         drive.views,
         sensors=wanted,
@@ -149,7 +151,6 @@ def merge(
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins, members
     from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
-    from refseq_bench.scenarios.maps.joins_page import write_joins_page
     from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
     _check_merge_files(output, write_decisions, page, recordings or [])
@@ -169,6 +170,8 @@ def merge(
         if write_decisions is not None:
             joins.write_decisions(write_decisions, merged.decisions)
         if page is not None:
+            from refseq_bench.scenarios.maps.joins_page import write_joins_page
+
             write_joins_page(page, merged, f"Joins of {output.name}", read, recordings or [])
         whole.save(output)
     tell_merged(merged, merge_notes(merged, read, given.machines), sum(map(len, read)), whole, output)
@@ -258,7 +261,7 @@ def similarity(
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps.checks import read_maps
     from refseq_bench.scenarios.maps.joins import decision_table
-    from refseq_bench.scenarios.maps.similarity import draw, similarity_of, write_arrays
+    from refseq_bench.scenarios.maps.similarity import similarity_of, write_arrays
 
     check_output(output, arrays, of=[one, other])
     settings = OverlapSettings(least=min_overlap)
@@ -275,6 +278,8 @@ def similarity(
         with wrote(arrays, quiet=as_json):
             write_arrays(arrays, matrices)
     if output is not None:
+        from refseq_bench.scenarios.maps.drawings.similarity import draw
+
         with wrote(output, quiet=as_json):
             draw(output, matrices, decisions)
 
@@ -305,7 +310,7 @@ def plan(
     from refseq.atlas.sharing import loops_of
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.floor_plan import check_asked, lay_floor
-    from refseq_bench.scenarios.maps.plan import check_plan, draw_plan, plan_error
+    from refseq_bench.scenarios.maps.plan import check_plan, plan_error
 
     check_asked(floor, at or [])
     check_output(output, of=[map_file, floor])
@@ -336,6 +341,8 @@ def plan(
         if laid_on is not None:
             say(out, laid_on.told)
     if output is not None:
+        from refseq_bench.scenarios.maps.drawings.plan import draw_plan
+
         with wrote(output, quiet=as_json):
             draw_plan(output, map_, laid_on)
 
@@ -393,7 +400,6 @@ def matrix(
     from refseq.inference.matching.neighbours import Neighbours
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.matrix import (
-        draw,
         features_table,
         information_table,
         statistics_table,
@@ -415,6 +421,8 @@ def matrix(
         if top:
             out.print(features_table(best))
     if output is not None:
+        from refseq_bench.scenarios.maps.drawings.matrix import draw
+
         with wrote(output, quiet=as_json):
             draw(output, found, title)
 

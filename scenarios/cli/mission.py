@@ -146,13 +146,14 @@ def run(
 
     World, light and robot are those of the map's own drive where nothing else is said.
     """
-    from refseq_bench.scenarios.missions.trip import MissionTrip, run_trip, write_trip
-
     if trip.filmstrip is not None and output is None:
         raise ScenarioError("--filmstrip is left in a folder; valid is to name one as well: --output")
     if output is not None:
         check_folder(output)
     map_, _, compiled = compiled_mission(map_file, mission_text, start, goal, landmark, scenes)
+
+    from refseq_bench.scenarios.missions.trip import MissionTrip, run_trip, write_trip
+
     asked = MissionTrip.from_map(map_, **asdict(trip), seeks=compiled.sought is not None)
     made = run_trip(asked, map_, compiled, tell=lambda entry: say(out, str(entry)))
     if output is not None:
@@ -189,12 +190,15 @@ def page(
     access: Access = Access(port=8090),
 ) -> None:
     """Serve a page on which missions are stated, run and watched."""
-    from refseq_bench.scenarios.missions.page.desk import MissionDesk
     from refseq_bench.scenarios.missions.page.maps import MapShelf
 
     if output is not None:
         check_folder(output)
-    desk = MissionDesk(MapShelf(maps), output, lambda line: say(out, line), world)
+    shelf = MapShelf(maps)
+
+    from refseq_bench.scenarios.missions.page.desk import MissionDesk
+
+    desk = MissionDesk(shelf, output, lambda line: say(out, line), world)
     count = desk.serve(access.policy, lambda address: say(out, f"{maps}: open {address}; Ctrl-C ends it"))
     say(out, f"{maps}: {plural(count, 'mission')} asked for")
 
@@ -220,10 +224,12 @@ def lamp(
     """Run a LAMP program, by sonar and odometry alone, until a stage fails, and tell what became of each."""
     from refseq_bench.robots.behaviours import BehaviourOutcome
     from refseq_bench.scenarios.missions.lamp import LampRun, lamp_plan, read_program, run_in_world
-    from refseq_bench.scenarios.robot_checks.behaviour_drive import behaviour_table
 
     check_output(output)
     asked = LampRun(read_program(program), world, robot, route, seed, timeout)
+
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import behaviour_table
+
     done = run_in_world(asked)
     out.print(behaviour_table(done))
     if output is not None:

@@ -90,16 +90,18 @@ def robot(
     access: Listening = Listening(),
 ) -> None:
     """Play the robot in a world: all other modules connect to it. It stands while one of them is gone."""
-    import secrets
-
     from refseq.modules.link import opened, policy_for
-    from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of
-    from refseq_bench.sim.modules.robot import RobotModule, RobotSettings, latency_line
 
     if trip.filmstrip is not None:
         raise ScenarioError("--filmstrip: nobody stands by here; valid is refseq mission run")
     policy = policy_for(access.host, access.port, access.token or "")
     map_, _, plan = compiled_mission(map_file, LEARNT, start, goal, None)
+
+    import secrets
+
+    from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of
+    from refseq_bench.sim.modules.robot import RobotModule, RobotSettings, latency_line
+
     asked = MissionTrip.from_map(map_, **asdict(trip))
     settings = RobotSettings(asked.drive.trigger, realtime, not asked.odometry)
     with bench_on_way(asked, poses_of(map_, plan), plan) as bench, opened(policy, serves=True, waits=_told) as link:
@@ -115,18 +117,21 @@ def robot(
 @grouped
 def control(access: RobotAddress = RobotAddress()) -> None:
     """Run behaviours: the Control layer, between the executor's orders and the robot's motors."""
+    policy = access.policy
+
     from refseq_bench.sim.modules.control import ControlModule
 
-    _run(ControlModule(), access.policy)
+    _run(ControlModule(), policy)
 
 
 @app.command(cls=BenchCommand, epilog="Example: `refseq module localiser offices.refseq --address robot.local`")
 @grouped
 def localiser(map_file: MapFile, access: RobotAddress = RobotAddress()) -> None:
     """Answer the robot's views with beliefs."""
+    policy, map_ = access.policy, load_map(map_file)
+
     from refseq.modules.localiser import LocaliserModule
 
-    policy, map_ = access.policy, load_map(map_file)
     _run(LocaliserModule(map_), policy)
 
 
@@ -148,12 +153,13 @@ def mission(
     access: RobotAddress = RobotAddress(),
 ) -> None:
     """Run a mission: the executor, which orders behaviours by what is believed, and print its log."""
-    from refseq.modules.executor import MissionModule
-
     if not timeout > 0:  # nor NaN
         raise ScenarioError(f"--timeout {timeout:g} is not valid; valid is a time above 0 s")
     policy = access.policy
     map_, _, plan = compiled_mission(map_file, mission_text, start, goal, landmark)
+
+    from refseq.modules.executor import MissionModule
+
     module = MissionModule(plan, len(map_), localised=not odometry, timeout=timeout, told=_told)
     _run(module, policy)
     if not module.executor.status.completed:

@@ -104,13 +104,15 @@ def filmstrip(
     renderer: Renderer = CameraRenderer.BAKED,
 ) -> None:
     """Show a drive as frames that a bystander takes, with time, speed and pitch."""
-    from refseq_bench.scenarios.robot_checks.filmstrip import FilmedDrive, film
-    from refseq_bench.scenarios.robot_checks.filmstrip import filmstrip as drawn
+    from refseq_bench.scenarios.robot_checks.film import FilmedDrive, film
     from refseq_bench.sim.rendering.renderer import RendererKind
 
     check_output(output)
     asked = FilmedDrive(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
     pictures = list(film(asked))
+
+    from refseq_bench.scenarios.robot_checks.filmstrip import filmstrip as drawn
+
     with saved(output, f"{plural(len(pictures), 'frame')} of {pictures[-1].time:.0f} s") as temporary:
         drawn(asked, pictures).savefig(temporary)
 
@@ -166,7 +168,6 @@ def try_behaviours(
     from refseq_bench.robots.behaviours import BehaviourOutcome
     from refseq_bench.scenarios.robot_checks.behaviour_drive import (
         BehaviourDrive,
-        behaviour_plan,
         behaviour_table,
         drive_behaviours,
         parse_pose,
@@ -179,6 +180,8 @@ def try_behaviours(
     done = list(drive_behaviours(asked))
     out.print(behaviour_table(done))
     if output is not None:
+        from refseq_bench.scenarios.robot_checks.behaviour_picture import behaviour_plan
+
         with saved(output) as temporary:
             behaviour_plan(asked, done).savefig(temporary)
     if done[-1].outcome is not BehaviourOutcome.FINISHED:
@@ -200,13 +203,15 @@ def umbmark(
     seed: Seed = 0,
 ) -> None:
     """Drive squares both ways round by the odometer, and tell its systematic errors apart (UMBmark)."""
-    from refseq_bench.scenarios.robot_checks.umbmark import umbmark_picture, umbmark_table
+    from refseq_bench.scenarios.robot_checks.umbmark import umbmark_table
     from refseq_bench.sim.acceptance.umbmark import umbmark as drive_squares
 
     check_output(output)
     found = drive_squares(robot, side=side, runs=runs, seed=seed)
     out.print(umbmark_table(found))
     if output is not None:
+        from refseq_bench.scenarios.robot_checks.umbmark_picture import umbmark_picture
+
         with saved(output) as temporary:
             umbmark_picture(found).savefig(temporary)
 

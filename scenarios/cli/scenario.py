@@ -31,7 +31,7 @@ from refseq_bench.scenarios.tables import plural, print_whole, say
 from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:
-    from refseq_bench.scenarios.campaign.declare.cases import Case
+    from refseq_bench.scenarios.campaign.declare.case import Case
     from refseq_bench.scenarios.campaign.judge.drives import Judged
     from refseq_bench.scenarios.campaign.results import Results
     from refseq_bench.scenarios.campaign.run.workers import WorkerPool
@@ -92,14 +92,16 @@ def show(
     """Show what a scenario runs, and what of it is in the cache; with --json every key and its default."""
     from refseq_bench.scenarios.campaign.declare.cases import find
     from refseq_bench.scenarios.campaign.pages.listing import lines, resolved
-    from refseq_bench.scenarios.campaign.run.estimate import rest_of
-    from refseq_bench.scenarios.campaign.store.cache import Store
-    from refseq_bench.user_cache import user_cache
 
     cases = _only(find([name]), case or ())
     if as_json:
         print_json([resolved(one) for one in cases])
         return
+
+    from refseq_bench.scenarios.campaign.run.estimate import rest_of
+    from refseq_bench.scenarios.campaign.store.cache import Store
+    from refseq_bench.user_cache import user_cache
+
     store = Store(cache or user_cache())
     for one in cases:
         for line in lines(one, rest_of([one], store).summary):
@@ -153,25 +155,15 @@ def run(
 ) -> None:
     """Run scenarios and judge them."""
     from refseq_bench.scenarios.campaign.declare.cases import find
-    from refseq_bench.scenarios.campaign.declare.overrides import (
-        judged_instead,
-        with_methods,
-        with_renderer,
-        with_seeds,
-    )
-    from refseq_bench.scenarios.campaign.results import Results
-    from refseq_bench.scenarios.campaign.store.cache import Store
-    from refseq_bench.sim.rendering.renderer import RendererKind
-    from refseq_bench.user_cache import user_cache
 
     only_one_of(workers=workers, ray=ray)
     check_folder(output)
-    declared = find(scenarios)
-    asked = with_methods(declared, localiser or (), words(methods, "methods"))
-    for line in judged_instead(declared, asked) if not localiser else ():
-        say(err, f"note: {line}")
-    cases = with_seeds(asked, seeds)
-    cases = with_renderer(cases, RendererKind(renderer) if renderer else None)
+    cases = _asked(find(scenarios), localiser or (), methods, seeds, renderer)
+
+    from refseq_bench.scenarios.campaign.results import Results
+    from refseq_bench.scenarios.campaign.store.cache import Store
+    from refseq_bench.user_cache import user_cache
+
     store = Store(cache or user_cache())
     executor = _executor(workers, ray, store)  # before the folder is touched: a wrong address leaves what is there
     try:
@@ -182,12 +174,34 @@ def run(
     _leave(_judged(cases, folder, executor, store, fresh=fresh))
 
 
+def _asked(
+    declared: "list[Case]",
+    localisers: Sequence[str],
+    methods: str | None,
+    seeds: str | None,
+    renderer: CameraRenderer | None,
+) -> "list[Case]":
+    """The declared cases with the methods, seeds and renderer of the options, and a note of who is judged instead."""
+    from refseq_bench.scenarios.campaign.declare.overrides import (
+        judged_instead,
+        with_methods,
+        with_renderer,
+        with_seeds,
+    )
+    from refseq_bench.sim.rendering.renderer import RendererKind
+
+    asked = with_methods(declared, localisers, words(methods, "methods"))
+    for line in judged_instead(declared, asked) if not localisers else ():
+        say(err, f"note: {line}")
+    return with_renderer(with_seeds(asked, seeds), RendererKind(renderer) if renderer else None)
+
+
 def _judged(
     cases: "Sequence[Case]", folder: "Results", executor: "WorkerPool", store: "Store", *, fresh: bool
 ) -> "list[Judged]":
     """Run and judge cases, and tell how they went; what is interrupted tells how to go on."""
     from refseq_bench.scenarios.campaign.campaign import run_campaign
-    from refseq_bench.scenarios.campaign.pages.index import INDEX
+    from refseq_bench.scenarios.campaign.pages.verdicts import INDEX
     from refseq_bench.scenarios.campaign.progress import watcher_on
     from refseq_bench.scenarios.report.words import size_text
 
@@ -364,7 +378,6 @@ def validity(
     from refseq.files import replace_text
     from refseq_bench.scenarios.campaign.pages.validity import page_with, panels, report_of, validities
     from refseq_bench.scenarios.campaign.store.result_file import read_result
-    from refseq_bench.scenarios.report.plots.order import real_over_twin
 
     replacing = nullcontext() if page is None else replacement(page, [page])
     text = None if page is None else _text_of(page)
@@ -377,6 +390,8 @@ def validity(
             replace_text(page, page_with(text, body, str(page)))
         say(out, f"{page}: filled")
     if plots is not None:
+        from refseq_bench.scenarios.report.plots.order import real_over_twin
+
         check_folder(plots)
         with writing(plots):
             plots.mkdir(parents=True, exist_ok=True)
@@ -402,11 +417,14 @@ def curves(
 ) -> None:
     """Draw success over the one key that a scenario varies, a panel for each scenario."""
     from refseq.files import replace_text
-    from refseq_bench.scenarios.campaign.pages.sweep_plot import sweeps_of
     from refseq_bench.scenarios.campaign.store.result_file import read_result
+
+    wanted, campaigns = words(methods, "--methods"), [read_result(folder) for folder in folders]
+
+    from refseq_bench.scenarios.campaign.pages.sweep_plot import sweeps_of
     from refseq_bench.scenarios.report.plots.sweep import success_over_each
 
-    sweeps = sweeps_of([read_result(folder) for folder in folders], words(methods, "--methods") or ())
+    sweeps = sweeps_of(campaigns, wanted or ())
     with writing(output):
         replace_text(output, success_over_each(sweeps).standalone)
     say(out, f"{output}: {plural(len(sweeps), 'curve')}")

@@ -22,7 +22,7 @@ from refseq_bench.scenarios.tables import say
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from refseq_bench.scenarios.campaign.declare.cases import Case
+    from refseq_bench.scenarios.campaign.declare.case import Case
     from refseq_bench.scenarios.campaign.search.dials import Dial
     from refseq_bench.scenarios.campaign.search.search import SearchResult
     from refseq_bench.scenarios.campaign.search.seek import Prober
@@ -55,12 +55,13 @@ def search(
     output: Annotated[Path, output("Folder for what is found.", "FOLDER")] = Path("out/search"),
 ) -> None:
     """Search a scenario's dials for the point at which a method fails, and the smallest change that does it."""
+    check_folder(output)
+    case = _easy_point(scenario, method, seeds, renderer)
+
     from refseq_bench.scenarios.campaign.search.dials import selected_dials
     from refseq_bench.scenarios.campaign.search.search import search as searched
     from refseq_bench.scenarios.campaign.search.search import write_search
 
-    check_folder(output)
-    case = _easy_point(scenario, method, seeds, renderer)
     dials = selected_dials(case, dial or ())
     with _prober(case, dials, workers, cache) as probe:
         found = searched(probe, dials, budget, seed=seed, enough=enough / 100, say=lambda line: say(out, line))
@@ -117,8 +118,7 @@ def _as_typed(scenario: str, **options: object) -> str:
 def _easy_point(scenario: str, method: str, seeds: str | None, renderer: CameraRenderer) -> "Case":
     """The one case that the search begins at, for one method. Raises ``ScenarioError`` where there are several."""
     from refseq_bench.scenarios.campaign.declare.cases import find
-    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
-    from refseq_bench.scenarios.methods.by_name import written_out
+    from refseq_bench.scenarios.methods.names import written_out
     from refseq_bench.sim.rendering.renderer import RendererKind
 
     cases = find([scenario])
@@ -126,6 +126,9 @@ def _easy_point(scenario: str, method: str, seeds: str | None, renderer: CameraR
         raise ScenarioError(f"{scenario}: makes {len(cases)} cases; valid is one, such as {cases[0].name}")
     if len(several := written_out((method,))) > 1:
         raise ScenarioError(f"--method {method}: stands for several; valid is one, such as {several[-1]}")
+
+    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
+
     cases = with_seeds(with_methods(cases, [method], ["none"]), seeds or str(cases[0].scenario.seeds[0]))
     (case,) = with_renderer(cases, RendererKind(renderer))
     return case

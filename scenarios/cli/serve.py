@@ -54,23 +54,26 @@ def serve(
     access: Access = Access(),
 ) -> None:
     """Localise a robot while it drives: sensors in over a socket, beliefs out."""
+    policy, options, map_ = access.policy, _options(stage, sensors, seed, robot), load_map(map_file)
+
     import asyncio
 
     from refseq.serve.server import BeliefServer
 
-    policy, options = access.policy, _options(stage, sensors, seed, robot)
-    server = BeliefServer(load_map(map_file), options, policy, lambda line: say(err, line))
+    server = BeliefServer(map_, options, policy, lambda line: say(err, line))
     asyncio.run(server.run(lambda address: say(out, f"{map_file}: serves at {address}; Ctrl-C ends it")))
     say(out, f"{map_file}: served {plural(server.views, 'view')} of {plural(server.drives, 'drive')}")
 
 
 def _options(stage: str, sensors: str | None, seed: int, robot: RobotTopics) -> "ServeOptions":
+    chosen, wanted = stages([stage])[0], words(sensors, "sensors")
+    topics = assignments(words(robot.topics, "topics"), "topics")
+
     from refseq.serve.session import ServeOptions
 
-    topics = assignments(words(robot.topics, "topics"), "topics")
     return ServeOptions(
-        stage=stages([stage])[0],
-        sensors=words(sensors, "sensors"),
+        stage=chosen,
+        sensors=wanted,
         seed=seed,
         distance=robot.distance,
         names={topic: name for name, topic in topics.items()},

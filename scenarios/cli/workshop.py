@@ -55,18 +55,20 @@ def demo(
 ) -> None:
     """Record two drives, learn, localise and report, all at once."""
     from refseq.map.profile import profile_named
-    from refseq_bench.scenarios.cli.demo import Demo, run_demo
-    from refseq_bench.scenarios.cli.terminal.screen import rerun_command
-    from refseq_bench.scenarios.drives.evaluate import results
     from refseq_bench.scenarios.drives.inputs import check_folder
-    from refseq_bench.scenarios.drives.record import Drive
-    from refseq_bench.sim.rendering.renderer import RendererKind
     from refseq_bench.worlds.light import light_named
 
     lights, chosen = tuple(dict.fromkeys(query_light or ["18:00"])), profile_named(profile)
-    for name in lights:
+    for name in (light, *lights):
         light_named(name)  # a name that is wrong is told before the first drive, not after it
     check_folder(output)
+
+    from refseq_bench.scenarios.cli.demo import Demo, run_demo
+    from refseq_bench.scenarios.cli.terminal.screen import rerun_command
+    from refseq_bench.scenarios.drives.drive import Drive
+    from refseq_bench.scenarios.drives.evaluate import results
+    from refseq_bench.sim.rendering.renderer import RendererKind
+
     first = Drive(world=world, light=light, robot=robot, renderer=RendererKind(renderer.value))
     with step_bars() as step:
         comparisons = run_demo(Demo(first, lights, tuple(range(1, runs + 1)), chosen), output, step)

@@ -109,11 +109,13 @@ def draw(
     ] = None,
 ) -> None:
     """Draw the plan of a world, with a scale, north and the sun."""
-    from refseq_bench.worlds.drawing.draw import draw_plan
     from refseq_bench.worlds.light import light_named
     from refseq_bench.worlds.plans.load import load_plan
 
     plan, setting = load_plan(world), light_named(light) if light else None
+
+    from refseq_bench.worlds.drawing.draw import draw_plan
+
     with saved(output) as temporary:
         draw_plan(plan, temporary, setting, route)
 
@@ -138,8 +140,7 @@ def contact_sheet(
     robot: Annotated[str, ROBOT] = "robuter",
 ) -> None:
     """Show what a robot's cameras see at places along a route, in several lights side by side."""
-    from refseq_bench.scenarios.drives.record import Drive
-    from refseq_bench.scenarios.world_survey.contact_sheet import contact_sheet as drawn
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.world_survey.snapshots import places_on, snapshots
     from refseq_bench.worlds.light import light_named
 
@@ -149,6 +150,9 @@ def contact_sheet(
         light_named(name)
     drive = Drive(world=world, route=route, change=change, robot=robot)
     pictures = list(snapshots(drive, lights, places_on(drive, along)))
+
+    from refseq_bench.scenarios.world_survey.contact_sheet import contact_sheet as drawn
+
     with saved(output) as temporary:
         drawn(f"{world}, {route}", pictures).savefig(temporary)
 
@@ -203,8 +207,8 @@ def day(
     route: Route = "forward",
 ) -> None:
     """Tell how many SIFT keys of a picture in one light are found again at the hours of a day, and how light it is."""
-    from refseq_bench.scenarios.drives.record import Drive
-    from refseq_bench.scenarios.world_survey.day import Day, day_curve, day_table, through_the_day
+    from refseq_bench.scenarios.drives.drive import Drive
+    from refseq_bench.scenarios.world_survey.day import Day, day_table, through_the_day
     from refseq_bench.scenarios.world_survey.snapshots import places_on
     from refseq_bench.worlds.light import light_named
 
@@ -212,6 +216,9 @@ def day(
     lights = _lights(first_hour, last_hour, step, conditions)
     drive = Drive(world=world, light=light_named(light).name, route=route)
     hours = through_the_day(Day(drive, lights, places_on(drive, along)))
+
+    from refseq_bench.scenarios.world_survey.day_curve import day_curve
+
     with saved(output) as temporary:
         day_curve(f"{world}: SIFT keys of {light} found again", hours).savefig(temporary)
         out.print(day_table(hours))

@@ -14,7 +14,8 @@ from refseq_bench.scenarios.drives.left_out import check_all_views
 from refseq_bench.scenarios.drives.naming import pair_name
 from refseq_bench.scenarios.drives.selection import first_kept
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import METHODS, answers_of_each
+from refseq_bench.scenarios.methods.by_name import answers_of_each
+from refseq_bench.scenarios.methods.names import METHODS
 from refseq_bench.scenarios.methods.plugins import MisbehavedError
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import Figures, figures

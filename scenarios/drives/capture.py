@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from refseq.logs.writing import OutputFormat
-from refseq_bench.scenarios.drives.record import OWN_FORMAT, Drive, NoViewError, sensors_of
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import OWN_FORMAT, NoViewError, sensors_of
 from refseq_bench.scenarios.drives.teleop import TeleopDrive, TeleopResult, record_by_hand
 from refseq_bench.scenarios.tables import plural
 from refseq_bench.sim.errors import SimError

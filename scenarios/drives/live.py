@@ -18,7 +18,9 @@ from refseq.viewer.localise_tab import localise_layout
 from refseq.viewer.places import Places
 from refseq.viewer.recording import send_layout
 from refseq.viewer.scene import Extent, Scene
-from refseq_bench.scenarios.drives.record import Drive, plan_of, sensors_of
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import sensors_of
+from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.drives.recorder import RecordedView

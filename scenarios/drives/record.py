@@ -2,15 +2,11 @@
 
 import itertools
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.logs import Recording
@@ -20,31 +16,26 @@ from refseq.logs.rig import SensorRig
 from refseq.logs.writing import DriveWriter, OutputFormat
 from refseq.view import LASER, View
 from refseq_bench import robots
-from refseq_bench.robots import Robot
-from refseq_bench.robots.individual import CALIBRATED, spread_named
+from refseq_bench.robots.individual import spread_named
+from refseq_bench.scenarios.drives.drive import Drive, check_sensors, name_of_route
+from refseq_bench.scenarios.drives.route import driven, plan_of
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.bench.faults import Fault
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.drives.behaviour_drive import run_and_sense
 from refseq_bench.sim.drives.chase_camera import with_chase_camera
 from refseq_bench.sim.drives.operator import OperatorStyle
-from refseq_bench.sim.drives.recorder import PATIENCE, RecordedView, Trigger, describe, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import RecordedView, describe, drive_and_sense, operator_for
 from refseq_bench.sim.drives.sensor_rig import sensor_rig
-from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
-from refseq_bench.sim.sensors.laser import LaserModel, RangeMode
+from refseq_bench.sim.drives.trigger import Trigger
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.sim.teleop.session import AbortedError
 from refseq_bench.worlds.build import build_world
-from refseq_bench.worlds.change.change import change_named, changed
+from refseq_bench.worlds.change.change import change_named
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.plans.load import load_plan
-from refseq_bench.worlds.plans.schema import FloorPlan
 
-QUERY_SEEDS = 1000
-"""Added to a reference drive's seed for the query drives: never the same drive twice."""
-OWN_ROUTE = "own"
-"""Name of the route that a drive brings itself."""
 OWN_FORMAT = RecordingFormat()
 """Format of drives that are kept: who asks for another brings it, so that no key of a recording follows the others."""
 
@@ -54,82 +45,6 @@ Progress = Callable[[float, float | None, int], None]
 
 ViewCallback = Callable[[RecordedView, int], None]
 """Told of each view, and of the number of views so far."""
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """A drive to record; equal drives give equal recordings. ``sensors`` None means all that the robot has.
-
-    ``light`` and ``change`` are texts as ``light_named`` and ``change_named`` read them. The change is drawn from
-    ``change_seed``, None: the drive's own. ``cameras`` names the model of each camera that is no Fire-i. ``laser``
-    tells how far the laser reaches.
-
-    ``waypoints`` [m] are a route of the drive's own, called ``OWN_ROUTE``, in place of one of the world's. Only the
-    stretch from ``start`` to ``end`` [m along the route] is driven; None: to its end. ``faults`` happen on the way, by
-    metres from where the drive starts. ``patience`` [s, simulated] is how long it may take.
-
-    With ``behaviours``, as ``refseq_bench.robots.behaviours.written`` reads them, nobody leads the robot: from the
-    start of the route it runs them one after another.
-
-    ``robot_spread`` is one of ``robots.individual.SPREADS``: with ``as-built`` each seed drives a robot of its own.
-    """
-
-    world: str = "hallway"
-    light: str = "16:00"
-    change: str = "none"
-    change_seed: int | None = None
-    robot: str = "robuter"
-    robot_spread: str = CALIBRATED
-    route: str = "forward"
-    seed: int = 1
-    world_seed: int = 0
-    renderer: RendererKind = DEFAULT_RENDERER
-    trigger: Trigger = field(default_factory=Trigger)
-    style: OperatorStyle = field(default_factory=OperatorStyle)
-    sensors: tuple[str, ...] | None = None
-    cameras: Mapping[str, str] = field(default_factory=dict)
-    laser: RangeMode = RangeMode.METRES_80
-    waypoints: tuple[tuple[float, float], ...] = ()
-    start: float = 0.0
-    end: float | None = None
-    faults: tuple[Fault, ...] = ()
-    patience: float = PATIENCE
-    behaviours: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.behaviours and self.faults:
-            raise ScenarioError(
-                "faults and behaviours exclude each other: faults happen where somebody leads the robot"
-            )
-        if self.behaviours and self.style != replace(OperatorStyle(), strength=self.style.strength):
-            raise ScenarioError(
-                "an operator's style or side and behaviours exclude each other: with behaviours nobody leads the robot"
-            )
-        if not 0 < self.patience < math.inf:
-            raise ScenarioError(f"patience {self.patience} s is not valid; it should be positive")
-
-    @property
-    def unit(self) -> int:
-        """Number of the individual robot: the bench's one, or where they differ as built, each drive's own."""
-        return 1 if self.robot_spread == CALIBRATED else self.seed
-
-    @property
-    def route_name(self) -> str:
-        """Name of the route in ``plan_of`` the drive: its own where it has waypoints."""
-        return OWN_ROUTE if self.waypoints else self.route
-
-    @property
-    def day(self) -> int:
-        """Seed of what is not as it was."""
-        return self.seed if self.change_seed is None else self.change_seed
-
-
-def name_of_route(drive: Drive) -> str:
-    """The route in words, with the stretch of it that is driven."""
-    name = drive.route_name
-    if not drive.start and drive.end is None:
-        return name
-    return f"{name} from {drive.start:g} m" + ("" if drive.end is None else f" to {drive.end:g} m")
 
 
 class NoViewError(ScenarioError):
@@ -164,39 +79,6 @@ def open_bench(drive: Drive, *, watched: bool = False, pictured: bool = False) -
     if route not in world.routes:
         raise ScenarioError(f"unknown route {route!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
     return Bench(world, robot, route=driven(world.routes[route], drive), seed=drive.seed, settings=settings)
-
-
-def plan_of(drive: Drive) -> FloorPlan:
-    """The floor plan as it is on the drive's day, with the drive's own route. Raises ``WorldsError``."""
-    plan = load_plan(drive.world)
-    if drive.waypoints:
-        plan = plan.model_copy(update={"routes": {**plan.routes, OWN_ROUTE: drive.waypoints}})
-    return changed(plan, change_named(drive.change), drive.day)
-
-
-def driven(route: NDArray[np.float64], drive: Drive) -> NDArray[np.float64]:
-    """The stretch of a route (n, 2) [m] that is driven. Raises ``ScenarioError`` where the route has no such one."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(route, axis=0).T))])
-    length = float(along[-1])
-    end = length if drive.end is None else drive.end
-    if not 0 <= drive.start < end <= length + 1e-9:
-        raise ScenarioError(
-            f"start {drive.start} m and end {end:g} m are no stretch of route {drive.route!r}; valid is 0 or more, "
-            f"start before end, at most {length:g} m"
-        )
-    inner = route[(along > drive.start) & (along < end)]
-    ends = [[float(np.interp(at, along, route[:, axis])) for axis in (0, 1)] for at in (drive.start, end)]
-    return np.array([ends[0], *inner, ends[1]])
-
-
-def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
-    """Raise ``ScenarioError`` for a sensor that the robot does not carry, and for one that is named twice."""
-    valid = (*robot.cameras, LASER)
-    for sensor in wanted:
-        if sensor not in valid:
-            raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
-        if wanted.count(sensor) > 1:
-            raise ScenarioError(f"sensors: {sensor} is named twice; valid is once")
 
 
 def record(

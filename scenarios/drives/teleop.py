@@ -10,9 +10,9 @@ from refseq.logs.notes import noted
 from refseq.logs.writing import OutputFormat
 from refseq_bench.robots import Stop
 from refseq_bench.robots.stops import StopLog
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.drives.record import (
     OWN_FORMAT,
-    Drive,
     ViewCallback,
     check_recording,
     described,
@@ -23,8 +23,8 @@ from refseq_bench.scenarios.drives.record import (
 )
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.drives.sensor_rig import sensor_rig
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.teleop.commands import Commands, CommandSource, SessionPhase, SessionStatus
 from refseq_bench.sim.teleop.script import CommandLog, TimedCommand, parse, printed
 from refseq_bench.sim.teleop.session import run_session

@@ -4,7 +4,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from refseq.map.learning import learn
 from refseq.view import View
 
 TIMED = 3
@@ -23,6 +22,8 @@ def expected_cost(samples: Sequence[View], views: int, profile: str) -> Expected
     """Learn a few ``samples`` and reckon from them for all ``views``; None without any."""
     if not samples:
         return None
+    from refseq.map.learning import learn  # slow to import: a log that cannot be read is told without it
+
     line = [replace(view, distance=1.0 if number else 0.0, turn=0.0) for number, view in enumerate(samples)]
     begin = time.perf_counter()
     learn(line, profile=profile)

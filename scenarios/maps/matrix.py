@@ -1,17 +1,10 @@
-"""The incidence matrix of a map: its figures, what its features tell about the place, and its picture."""
+"""The incidence matrix of a map: its figures, and what its features tell about the place."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
-from numpy.typing import NDArray
 
-from refseq.files import replacing_at
 from refseq.inference.matching.incidence import IncidenceMatrix, Statistics, sensor_of
 from refseq.inference.matching.information import (
     Information,
@@ -22,18 +15,7 @@ from refseq.inference.matching.information import (
     view_information,
 )
 from refseq.inference.matching.neighbours import Neighbours
-from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.report.plots.as_written import AS_WRITTEN
-from refseq_bench.scenarios.tables import TextTable, plural
-
-PICTURES = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-"""Formats of pictures by the file's ending, and what keeps the hour out of them: the same map gives the same bytes."""
-
-DPI, WIDTH, HEIGHT, LOWEST = 150, 1200, 1500, 45
-"""Pixels an inch; pixels of a panel's width, of all panels' height together, and of the lowest panel."""
-
-LEFT, RIGHT, TOP, BOTTOM, GAP = 130, 150, 100, 80, 50
-"""Margins around the panels, and between one and the next [pixels]."""
+from refseq_bench.scenarios.tables import TextTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,90 +132,3 @@ def features_table(found: Sequence[FeatureSummary]) -> TextTable:
         seen = (str(number) for number in (one.sightings, one.first, one.last))
         table.add_row(one.name, *seen, f"{one.told:.3f}", f"{one.distinct:.3f}")
     return table
-
-
-# --- picture ---
-
-
-def check_picture(path: Path) -> None:
-    """Raise ``ScenarioError`` for a file's ending that no picture has."""
-    if path.suffix.lower() not in PICTURES:
-        raise ScenarioError(f"{path}: is no picture's name; valid are names that end in {', '.join(PICTURES)}")
-
-
-def draw(path: Path, matrix: IncidenceMatrix, title: str) -> None:
-    """Draw the matrix as the thesis does, black where a feature was seen, a panel an extractor (Fig. 2.10).
-
-    Columns are places; rows are features in the order of their first sighting, so that what is new at each place makes
-    a diagonal. Where a pixel stands for many features or places it is as dark as their share of sightings.
-    """
-    metadata = PICTURES[path.suffix.lower()]
-    with (
-        mpl.rc_context({**AS_WRITTEN, "font.size": 8, "axes.titlesize": 8, "svg.hashsalt": "refseq"}),
-        replacing_at(path) as drawn,
-    ):
-        _figure(matrix, title).savefig(drawn, dpi=DPI, facecolor="white", metadata=metadata)
-
-
-def _figure(matrix: IncidenceMatrix, title: str) -> Figure:
-    heights = _heights([len(block) for block in matrix.blocks.values()])
-    width, height = LEFT + WIDTH + RIGHT, TOP + sum(heights) + GAP * (len(heights) - 1) + BOTTOM
-    figure = Figure(figsize=(width / DPI, height / DPI))
-
-    def axes_at(left: int, top: int, wide: int, high: int) -> Axes:
-        return figure.add_axes((left / width, 1 - (top + high) / height, wide / width, high / height))
-
-    top = TOP
-    for key, high in zip(matrix.blocks, heights, strict=True):
-        axes = axes_at(LEFT, top, WIDTH, high)
-        image = _draw_block(axes, matrix, key, high)
-        top += high + GAP
-    axes.tick_params(labelbottom=True)
-    axes.set_xlabel("place")
-    figure.text(20 / width, 0.5, "feature, in the order of first sighting", rotation=90, va="center")
-    figure.text(LEFT / width, 1 - 40 / height, title, weight="bold", va="center")
-    figure.colorbar(image, cax=axes_at(LEFT + WIDTH + 40, TOP, 20, 400), label="share of the pixel's features seen")
-    return figure
-
-
-def _draw_block(axes: Axes, matrix: IncidenceMatrix, key: str, height: int) -> AxesImage:
-    """An extractor's panel, ``height`` pixels high."""
-    block = matrix.blocks[key]
-    axes.set_title(f"{key}: {plural(len(block), 'feature')}", loc="left", pad=4)
-    axes.tick_params(labelbottom=False)
-    image = axes.imshow(
-        _shares(matrix, block, height, WIDTH),
-        extent=(-0.5, matrix.K - 0.5, max(1, len(block)) - 0.5, -0.5),
-        cmap="gray_r",
-        vmin=0,
-        vmax=1,
-        aspect="auto",
-        interpolation="nearest",
-    )
-    axes.locator_params(axis="y", nbins=max(2, min(8, height // 45)), integer=True)
-    return image
-
-
-def _heights(sizes: Sequence[int]) -> list[int]:
-    """Height of each extractor's panel [pixels]: in proportion to its features, but none too low to be read."""
-    return [max(LOWEST, round(HEIGHT * size / max(1, sum(sizes)))) for size in sizes]
-
-
-def _shares(matrix: IncidenceMatrix, block: range, height: int, width: int) -> NDArray[np.float64]:
-    """Share of sightings in each pixel of at most ``height`` by ``width``, features in order of first sighting."""
-    n, K = len(block), matrix.K
-    h, w = min(height, n), min(width, K)
-    first, last = matrix.pointers[block.start], matrix.pointers[block.stop]
-    rank = np.empty(n, np.intp)
-    rank[np.argsort(_first_sightings(matrix, block), kind="stable")] = np.arange(n)
-    rows = np.repeat(rank, matrix.sightings(block)) * h // max(1, n)
-    columns = matrix.places[first:last].astype(np.intp) * w // K
-    sightings = np.bincount(rows * w + columns, minlength=h * w).reshape(h, w)
-    features, places = (np.bincount(np.arange(of) * into // max(1, of)) for of, into in ((n, h), (K, w)))
-    return sightings / np.outer(features, places)
-
-
-def _first_sightings(matrix: IncidenceMatrix, block: range) -> NDArray[np.int64]:
-    """The first place of each feature; K for one that was never seen."""
-    starts = matrix.pointers[block.start : block.stop]
-    return np.where(matrix.sightings(block) > 0, np.append(matrix.places, matrix.K)[starts], matrix.K)

@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import profile_of
+from refseq_bench.scenarios.methods.names import profile_of
 from refseq_bench.text_file import TextFileError, read_toml
 
 RECORDS = Path(__file__).with_suffix(".toml")

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from refseq.map.learning import with_network
 from refseq.map.profile import profile_named
 from refseq.view import LASER
-from refseq_bench.scenarios.methods.by_name import profile_of
+from refseq_bench.scenarios.methods.names import profile_of
 
 OF_BASELINES = "thesis"
 """Profile with which baselines learn maps."""

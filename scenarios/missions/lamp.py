@@ -89,7 +89,8 @@ def lamp_plan(asked: LampRun, found: "Sequence[BehaviourResult]") -> "Figure":
     import matplotlib as mpl
     import numpy as np
 
-    from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourDrive, behaviour_plan
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourDrive
+    from refseq_bench.scenarios.robot_checks.behaviour_picture import behaviour_plan
 
     figure = behaviour_plan(BehaviourDrive(asked.robot, tuple(done.text for done in found), asked.world), found)
     width, height = figure.get_size_inches()

@@ -7,7 +7,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.routes import shortest_route
 from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.features.memory import clock
 from refseq.map.localiser import Localiser
@@ -17,7 +16,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES
-from refseq_bench.scenarios.methods.by_name import is_staged
+from refseq_bench.scenarios.methods.names import is_staged
 from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin
 from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.scoring.merging import Merging, merged_drives
@@ -97,6 +96,8 @@ def over_several(method: str, known: KnownDrives, journey: Journey, *, localised
     It begins at the view nearest to the start that looks the same way: who sets the robot down says where. Raises
     ``MapError`` where no route leads to the goal.
     """
+    from refseq.atlas.routes import shortest_route  # graphs, which a single path does not need
+
     map_, views = known.map, known.views
     names = [path.name for path in map_.paths]
     number = names.index(journey.path)

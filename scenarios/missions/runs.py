@@ -15,12 +15,13 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.robots.behaviours.written import parse_behaviour
 from refseq_bench.robots.motion import Limits
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.drives.selection import only
 from refseq_bench.scenarios.missions.leader import Leader
 from refseq_bench.scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.contacts import ContactLog
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.faults import Fault, FaultSchedule, Traveller
 from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment
 from refseq_bench.sim.missions.lamp import LampEnded, run_lamp

@@ -17,25 +17,22 @@ from refseq.missions import Entry, Executor, Plan, TrueWay
 from refseq.planar import Pose
 from refseq.view import LASER, View
 from refseq.viewer.mission.record import HeardLocaliser, MissionRecord, Recorder
-from refseq.viewer.mission.tab import MissionTab
-from refseq.viewer.recording import write_recording
-from refseq.viewer.timelines import TIME
 from refseq_bench.robots.individual import CALIBRATED
-from refseq_bench.scenarios.driven_plan import known_by_name
-from refseq_bench.scenarios.drives.record import Drive, open_bench, plan_of
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import open_bench
+from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.scenarios.drives.viewer_recording import RECORD
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
+from refseq_bench.scenarios.missions.bystander import Bystander, MissionFrame
 from refseq_bench.scenarios.missions.leader import Leader
+from refseq_bench.scenarios.missions.map_world import check_world
 from refseq_bench.scenarios.missions.runs import NOWHERE, MissionResult, run_plan
-from refseq_bench.scenarios.report.plots.mission import mission_plan
-from refseq_bench.scenarios.scoring.missions import score_mission
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.recorder import MISSION_EVERY, Trigger
+from refseq_bench.sim.drives.trigger import Trigger
+from refseq_bench.sim.drives.view_spacing import MISSION_EVERY
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.drawing.outline import outline_of
-from refseq_bench.worlds.plans.load import world_names
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,21 +93,6 @@ class MissionTrip:
             valid = ", ".join(kind for kind in RendererKind if kind is not RendererKind.NONE)
             raise ScenarioError(f"a filmstrip needs a renderer; valid are --renderer {valid}")
         return cls(drive, at, odometry, filmstrip)
-
-
-def check_world(map_: Map, option: str = "--world") -> None:
-    """Raise ``ScenarioError`` where the bench does not have the world of a map's drive; ``option`` is how to say it."""
-    told = map_.sequences[0].metadata
-    if "world" not in told:
-        raise ScenarioError(f"the map does not tell its world; valid is to say it: {option}")
-    if known_by_name(told):
-        return
-    world = told["world"]
-    other = f" ({option} {world} is the bench's, another one)" if world in world_names() else ""
-    raise ScenarioError(
-        f"the map was learnt in world {world!r:.60}, which is not the bench's own; valid is to name its plan: "
-        f"{option} FILE.toml{other}"
-    )
 
 
 @dataclass(frozen=True)
@@ -195,6 +177,13 @@ def poses_of(map_: Map, plan: Plan) -> list[Pose]:
 
 def write_trip(folder: Path, trip: MissionTrip, made: TripResult) -> None:
     """Leave the log, the plan with the true path, the record, the photographs and the filmstrip in a folder."""
+    # The viewer and the plots take a second to import, which a mission that leaves nothing does not wait for.
+    from refseq.viewer.mission.tab import MissionTab
+    from refseq.viewer.recording import write_recording
+    from refseq.viewer.timelines import TIME
+    from refseq_bench.scenarios.report.plots.mission import mission_plan
+    from refseq_bench.scenarios.scoring.missions import score_mission
+
     run = made.done.run
     replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in run.log))
     name = f"mission: {trip.drive.robot} in {trip.drive.world} at {trip.drive.light}, seed {trip.drive.seed}"
@@ -206,6 +195,8 @@ def write_trip(folder: Path, trip: MissionTrip, made: TripResult) -> None:
         for camera, image in images.items():
             replace_bytes(folder / f"{name}-{camera}.png", cv2.imencode(".png", image)[1].tobytes())
     if made.frames:
+        from refseq_bench.scenarios.missions.filmstrip import filmstrip_of
+
         drive = trip.drive
         with replacing_at(folder / "filmstrip.png") as temporary:
             filmstrip_of(made.frames, f"{drive.robot} in {drive.world} at {drive.light}").savefig(temporary)

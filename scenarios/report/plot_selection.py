@@ -1,15 +1,18 @@
 """Selection of the methods that plots show; tables show all."""
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from refseq.belief import Stage
-from refseq_bench.scenarios.scoring.score import Score
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.scoring.score import Score
 
 MOST = 6
 """Methods in one plot; more cannot be told apart at a glance, six fill two rows of heat maps."""
 
 
-def select_methods(methods: Sequence[str], judged: str, scores: Mapping[str, Score], most: int = MOST) -> list[str]:
+def select_methods(methods: Sequence[str], judged: str, scores: "Mapping[str, Score]", most: int = MOST) -> list[str]:
     """Select at most so many of the methods, in their order.
 
     First the one that is judged, then the other stages of its profile, the chains of other profiles, and after them

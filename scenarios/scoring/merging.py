@@ -7,14 +7,16 @@ learnt from; a view that was taken out is where the view is that holds its place
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.decision import Decision
 from refseq.belief import LOST, Belief
-from refseq.map.map import Map, beside
+
+if TYPE_CHECKING:
+    from refseq.map.map import Map
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +57,11 @@ def _decision(content: Mapping[str, Any]) -> Decision:
     return Decision(**{**content, **pairs})
 
 
-def merged_drives(maps: Sequence[Map], merging: bool) -> tuple[Map, Merging]:
+def merged_drives(maps: "Sequence[Map]", merging: bool) -> "tuple[Map, Merging]":
     """One map of the maps of several drives, merged or each as it is, and what became of their views."""
-    from refseq.atlas.merge import Merged, merge_maps  # slow to import: scenarios are declared and scored without it
+    # Slow to import: scenarios are declared and scored without them.
+    from refseq.atlas.merge import Merged, merge_maps
+    from refseq.map.map import beside
 
     begin = time.perf_counter()
     found = merge_maps(maps) if merging else Merged(beside(maps), ())
@@ -67,7 +71,7 @@ def merged_drives(maps: Sequence[Map], merging: bool) -> tuple[Map, Merging]:
     return found.map, Merging(names, lengths, found.map.held_by, found.decisions, size, seconds)
 
 
-def by_views(map_: Map, belief: Belief) -> Belief:
+def by_views(map_: "Map", belief: Belief) -> Belief:
     """A belief about a map's places as one about all views that were learnt: those that were taken out have none."""
     views, count = map_.learnt, sum(map(len, map_.paths))
 

@@ -2,17 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import cycle
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from refseq.features.sift import SiftSettings, SiftWords
 from refseq.features.word_extractor import PictureKeys
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.tables import TextTable
 from refseq_bench.scenarios.world_survey.facts import lux_text
 from refseq_bench.scenarios.world_survey.snapshots import Snapshot, snapshots
@@ -26,8 +21,6 @@ METER_HEIGHT = 1.0
 """Height of the light meter above the floor [m]."""
 OTHER_NOISE = 1000
 """Added to the drive's seed for the reference pictures, so that no two pictures share their noise."""
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-"""Colours that colour-blind people can tell apart (Okabe and Ito); further lines begin with the first again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,29 +110,3 @@ def day_table(found: Sequence[Recall]) -> TextTable:
             row.append(lux_text(cells[hour, place, cameras[0]].lux))
         table.add_row(clock_text(hour), *row)
     return table
-
-
-def day_curve(title: str, found: Sequence[Recall]) -> Figure:
-    """Draw the shares over the hours, a panel for each camera, and the light at each place below them."""
-    cameras = list(dict.fromkeys(r.camera for r in found))
-    with mpl.rc_context({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}):
-        figure = Figure(figsize=(9, 2.4 * len(cameras) + 2.2), layout="constrained", facecolor="white")
-        figure.suptitle(title, parse_math=False)
-        *panels, light = figure.subplots(len(cameras) + 1, 1, sharex=True)
-        for axes, camera in zip(panels, cameras, strict=True):
-            _lines(axes, [r for r in found if r.camera == camera], "share", 100)
-            axes.set_title(camera, loc="left", fontsize=10, parse_math=False)
-            axes.set(ylim=(0, 100), ylabel="found again [%]")
-        _lines(light, [r for r in found if r.camera == cameras[0]], "lux", 1)
-        light.set(yscale="log", ylabel="light [lx]", xlabel="hour of the day [h]")
-        light.xaxis.set_major_locator(MaxNLocator(12, steps=[1, 2, 3, 6, 10], integer=True))
-        panels[0].legend(title="along the route", ncols=3, loc="upper right")
-    return figure
-
-
-def _lines(axes: Axes, found: Sequence[Recall], value: str, scale: float) -> None:
-    for place, colour in zip(dict.fromkeys(r.along for r in found), cycle(COLOURS), strict=False):
-        here = [r for r in found if r.along == place]
-        values = [scale * getattr(r, value) for r in here]
-        axes.plot([r.hour for r in here], values, color=colour, marker=".", label=f"{place:g} m")
-    axes.grid(alpha=0.3)

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
-from refseq_bench.scenarios.drives.record import Drive, open_bench
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import open_bench
 from refseq_bench.scenarios.world_survey.snapshots import places_on, pose_along
 from refseq_bench.sim.errors import RendererError
 from refseq_bench.sim.rendering.renderer import RendererKind

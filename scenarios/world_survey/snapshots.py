@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from refseq_bench.scenarios.drives.record import Drive, open_bench
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import open_bench
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.polyline import Polyline
 from refseq_bench.worlds.plans.load import load_plan

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from refseq_bench.robots import Limits, Twist
 from refseq_bench.robots.sensor_mast import LATERAL_HEIGHT
 from refseq_bench.robots.state import STANDS, Cause
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 
 Floats = NDArray[np.float64]
 Command = Callable[[float], Twist]

@@ -137,8 +137,8 @@ def umbmark(
         raise SimError(f"umbmark: side = {side} m must be above 0 and at most {MOST_SIDE:g} m")
     if runs < 1:
         raise SimError(f"umbmark: runs = {runs} must be 1 or more")
-    settings = BenchSettings(renderer=RendererKind.NONE)
-    with Bench(empty_floor(), robots.load(robot), seed=seed, settings=settings) as bench:
+    settings, machine = BenchSettings(renderer=RendererKind.NONE), robots.load(robot)
+    with Bench(empty_floor(), machine, seed=seed, settings=settings) as bench:
         if believed is None:
             believed = bench.believed
         else:

@@ -16,6 +16,7 @@ from refseq_bench.robots import ControlLayer, Inertial, Robot, RobotState, Signa
 from refseq_bench.robots.individual import built
 from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.bench.assembly import SensorStreams, compile_model, prefix_of, route_named, start_of, streams_of
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.hardware import Hardware
 from refseq_bench.sim.bench.mounts import own_cameras, shift_mounts
 from refseq_bench.sim.bench.polyline import polyline
@@ -36,8 +37,6 @@ from refseq_bench.worlds.lighting.baking import Baked, Shell, bake, world_light
 from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.parts.people import Crowd
 
-CONTROL_PERIOD = 0.04
-"""Time between two commands to the Control layer [s]; a choice, well above the rate of a person's hand."""
 SCAN_PERIOD = 0.2
 """Time between two scans while somebody steers by the laser [s]: 5.2 a second come over its serial line (facts)."""
 ADAPTATION = 0.5

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import numpy as np
 
 from refseq.planar import Pose
-from refseq_bench.sim.bench.hardware import SIDES
+from refseq_bench.robots.motion import WHEELS
 from refseq_bench.sim.device_tables import TABLE
 from refseq_bench.sim.errors import SimError
 
@@ -170,7 +170,7 @@ class FaultSchedule:
         slicks = [fault for fault in faults if isinstance(fault, WheelSlip)]
         self._bench.covered = frozenset(fault.camera for fault in faults if isinstance(fault, CameraBlack))
         self._bench.dazzle([fault.arc for fault in faults if isinstance(fault, LaserDazzled)])
-        for wheel in SIDES:
+        for wheel in WHEELS:
             self._bench.grip(wheel, min((s.friction for s in slicks if s.wheels in ("both", wheel)), default=None))
 
 

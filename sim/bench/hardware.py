@@ -5,6 +5,7 @@ import numpy as np
 
 from refseq.view import Scan
 from refseq_bench.robots import Actuation, Robot, Signals
+from refseq_bench.robots.motion import WHEELS
 from refseq_bench.robots.odometry import Encoders
 from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.sensors.inertial import InertialModel, InertialSensors
@@ -13,7 +14,6 @@ from refseq_bench.sim.sensors.sonar import SonarModel, SonarRing
 
 BRAKE_TORQUE = 60.0
 """Torque of a brake on its wheel [N·m]; a choice, more than any motor gives."""
-SIDES = ("left", "right")
 NOTHING: frozenset[str] = frozenset()
 
 
@@ -48,7 +48,7 @@ class Hardware:
         self._encoders, self._rolling = Encoders(robot.pulses_per_turn), rolling
         self._bumpers = {name: model.geom(prefix + geom).id for name, geom in robot.bumpers.items()}
         self._friction = model.dof_frictionloss[self._dofs].copy()
-        self._tyres = {side: _tyre(model, int(joint.bodyid[0])) for side, joint in zip(SIDES, wheels, strict=True)}
+        self._tyres = {side: _tyre(model, int(joint.bodyid[0])) for side, joint in zip(WHEELS, wheels, strict=True)}
         self._tyre_friction = model.geom_friction[:, 0].copy(), model.geom_priority.copy()
         self._braked = False
         sites = tuple(prefix + name for name in robot.sonars)

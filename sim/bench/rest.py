@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 from refseq_bench.robots import Twist
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 
 STOPPING = (1.0, 5.0)
 """A robot has so long to come to rest, at least and at most [s]: choices."""

@@ -9,7 +9,7 @@ from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.sim.sensors.inertial import InertialModel
-from refseq_bench.sim.sensors.laser import LaserModel
+from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.sim.sensors.sonar import SonarModel
 
 

@@ -7,9 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from refseq_bench.robots.behaviours import BehaviourOutcome
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.drives.behaviour_runner import behaviour_in, description_of, running
-from refseq_bench.sim.drives.recorder import PATIENCE, Moved, RecordedView, Trigger
+from refseq_bench.sim.drives.operator import PATIENCE
+from refseq_bench.sim.drives.recorder import RecordedView
+from refseq_bench.sim.drives.trigger import Moved, Trigger
 from refseq_bench.sim.errors import StuckError
 
 

@@ -37,6 +37,9 @@ twice."""
 ARRIVED = 0.03
 """Distance from the end of a leg at which it counts as done [m]."""
 
+PATIENCE = 3600.0
+"""For how long the operator tries to get to the end, where nothing else is asked for [s of simulated time]."""
+
 
 @dataclass(frozen=True, slots=True)
 class OperatorStyle:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from refseq.view import LASER, View
 from refseq_bench.sim.device_tables import TABLE
 from refseq_bench.sim.errors import SimError
-from refseq_bench.sim.sensors.laser import in_arc
+from refseq_bench.sim.sensors.arcs import in_arc
 
 
 class SignalFaultKind(StrEnum):

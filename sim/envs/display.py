@@ -18,10 +18,11 @@ import rerun.blueprint as rrb
 from refseq.access.listener import free_port
 from refseq.errors import RefseqError
 from refseq.planar import Pose, in_world
+from refseq.viewer.checks import check_display
 from refseq.viewer.drawing import colours
 from refseq.viewer.drawing.plane import ROBOT, north_up
 from refseq.viewer.drawing.trail import Trail
-from refseq.viewer.sinks import check_display, served, spawned
+from refseq.viewer.sinks import served, spawned
 from refseq_bench.sim.errors import SimError
 from refseq_bench.worlds.plans.schema import FloorPlan
 

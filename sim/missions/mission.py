@@ -15,17 +15,15 @@ from refseq.missions.tasks import Call, Photograph, Task
 from refseq.view import View
 from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours import BehaviourOutcome
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.contacts import ContactLog
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.rest import come_to_rest
 from refseq_bench.sim.drives.behaviour_runner import RunningBehaviour, behaviour_in, description_of, senses_of
-from refseq_bench.sim.drives.recorder import MISSION_EVERY, Moved, Trigger
+from refseq_bench.sim.drives.trigger import Moved, Trigger
+from refseq_bench.sim.drives.view_spacing import CLOSER, LOOKING, MISSION_EVERY
 from refseq_bench.sim.errors import SimError
 
-CLOSER = 0.3
-"""Or so often [m] where the scene that is sought was in the last view: beside the robot it is in sight for a metre."""
-LOOKING = 1.0
-"""While the robot stands and looks where it is, it takes a view so often [s]: a choice."""
 TIMEOUT = 1800.0
 """A mission lasts no longer [s], where nothing else is asked for: a choice."""
 

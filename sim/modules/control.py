@@ -1,6 +1,6 @@
 """The Control layer as a module: it runs the behaviour that the executor orders, and commands the robot."""
 
-from refseq.modules.heads import head_bytes
+from refseq.modules.heads import Parts, head_bytes
 from refseq.modules.messages import (
     COMMANDS,
     HEAD,
@@ -10,7 +10,6 @@ from refseq.modules.messages import (
     Command,
     Ended,
     OrderHead,
-    Parts,
     Step,
     head_of,
     part,

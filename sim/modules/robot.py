@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from statistics import median
 
-from refseq.modules.heads import MessageError, head_bytes
+from refseq.modules.heads import MessageError, Parts, head_bytes
 from refseq.modules.link import Link
 from refseq.modules.messages import (
     BELIEF,
@@ -19,7 +19,6 @@ from refseq.modules.messages import (
     VIEWS,
     BeliefHead,
     Command,
-    Parts,
     Step,
     head_of,
     part,
@@ -29,10 +28,11 @@ from refseq.modules.messages import (
 from refseq.modules.process import Role
 from refseq.view import Scan
 from refseq_bench.robots import Twist
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.rest import come_to_rest
-from refseq_bench.sim.drives.recorder import Moved, Trigger
-from refseq_bench.sim.missions.mission import LOOKING
+from refseq_bench.sim.drives.trigger import Moved, Trigger
+from refseq_bench.sim.drives.view_spacing import LOOKING
 from refseq_bench.sim.modules.state import state_bytes
 from refseq_bench.sim.realtime import RealTimePacer
 

@@ -3,16 +3,14 @@
 Sources of its figures are in ``docs/sim.md``.
 """
 
-import math
 from dataclasses import dataclass
-from enum import Enum
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import Scan
-from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.sensors.arcs import in_arc
 from refseq_bench.sim.sensors.beams import (
     BEAMS,
     GLASS_GROUPS,
@@ -27,49 +25,8 @@ from refseq_bench.sim.sensors.beams import (
     sweep,
 )
 from refseq_bench.sim.sensors.laser_echoes import THRESHOLD, LaserEchoes, first_echo, light_from, remissions
+from refseq_bench.sim.sensors.laser_model import ABOVE_MAX, DAZZLE, LOW_SNR, LaserModel, RangeMode
 from refseq_bench.sim.sensors.ray_scene import RayScene
-
-ABOVE_MAX, LOW_SNR, DAZZLE = 8183, 8187, 8190
-"""Words that are no ranges: farther than can be said, or nothing there; too little light came back; too much did."""
-
-ON_EDGE = 1e-9
-"""A beam so little beside an arc [rad] is in it: it lies on its edge, but for rounding."""
-
-
-class RangeMode(Enum):
-    """Words of the device in a metre. Words go up to 8182, codes begin at 8183."""
-
-    METRES_8 = 1000
-    METRES_80 = 100
-
-    @property
-    def max_range(self) -> float:
-        """The farthest range that a word can say [m]."""
-        return (ABOVE_MAX - 1) / self.value
-
-
-@dataclass(frozen=True, slots=True)
-class LaserModel:
-    """Figures of a device; raises ``SimError`` for values that none could have.
-
-    What is nearer than ``min_range`` [m] is reported at it (choice: the device is known to see down to there, and free
-    space would be a dangerous answer). Noise is normal, of ``sigma`` [m] and, for the weakest echo that is told from
-    noise, ``weak_sigma`` [m] on top. Each device has a bias of its own within ± ``bias_limit`` [m].
-    """
-
-    mode: RangeMode = RangeMode.METRES_80
-    min_range: float = 0.14
-    sigma: float = 0.005
-    weak_sigma: float = 0.01
-    bias_limit: float = 0.015
-
-    def __post_init__(self) -> None:
-        farthest = self.mode.max_range
-        if not 0 <= self.min_range < farthest:
-            raise SimError(f"laser: min_range = {self.min_range} m must be in [0, {farthest:g} m)")
-        for key in ("sigma", "weak_sigma", "bias_limit"):
-            if not 0 <= getattr(self, key) < math.inf:
-                raise SimError(f"laser: {key} = {getattr(self, key)} m must be 0 or more, and finite")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +95,3 @@ class Laser:
             words[in_arc(bearings(), low, high - low)] = DAZZLE
         words.setflags(write=False)
         return Telegram(words, model.mode)
-
-
-def in_arc(beams: NDArray[np.float64], low: float, width: float) -> NDArray[np.bool_]:
-    """Mask of bearings of ``beams`` (n,) from ``low`` counter-clockwise over ``width``, edges too [rad]; 2π is all."""
-    inside: NDArray[np.bool_] = (beams - low + ON_EDGE) % (2 * np.pi) <= width + 2 * ON_EDGE
-    return inside

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from refseq.view import View
 from refseq_bench.robots import Stop, Twist
-from refseq_bench.sim.drives.recorder import Moved
+from refseq_bench.sim.drives.trigger import Moved
 
 SPEED = 0.4
 """Usual speed [m/s]: the mean of the simulated operator; keys and sticks scale it."""

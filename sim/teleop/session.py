@@ -4,8 +4,10 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
 
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
-from refseq_bench.sim.drives.recorder import Moved, RecordedView, Trigger
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
+from refseq_bench.sim.drives.recorder import RecordedView
+from refseq_bench.sim.drives.trigger import Moved, Trigger
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.teleop.commands import (
     AFTER,

@@ -16,7 +16,8 @@ from refseq.features.memory import described_once
 from refseq.features.sift import SiftSettings
 from refseq.view import View
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, WorkerPool

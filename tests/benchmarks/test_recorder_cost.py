@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 import refseq_bench.sim.bench.bench
 from refseq.logs import RecordingWriter
 from refseq_bench import robots
-from refseq_bench.scenarios.drives.record import Drive, open_bench
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import open_bench
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.cameras.camera import Camera
 from refseq_bench.sim.cameras.sensor import Sensor
 from refseq_bench.sim.drives.operator import Operator
-from refseq_bench.sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import drive_and_sense, operator_for
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.rendering.drivers import vulkan_device
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.laser import Laser

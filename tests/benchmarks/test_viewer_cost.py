@@ -20,7 +20,8 @@ from refseq.viewer.belief_log import LocaliserLayer
 from refseq.viewer.live_logger import LiveLogger
 from refseq.viewer.places import Places
 from refseq.viewer.recording import saved
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 
 pytestmark = pytest.mark.benchmark
 SHARE = 0.05

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 
 from refseq_bench import robots
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.world_survey.snapshots import places_on, pose_along
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings

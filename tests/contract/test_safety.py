@@ -12,7 +12,8 @@ from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots import Cause, Inertial, Signals, Twist
 from refseq_bench.robots.odometry import Pulses
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world

@@ -13,7 +13,8 @@ from refseq_bench.robots.odometry import true_geometry
 from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.bench.hardware import Hardware
 from refseq_bench.sim.sensors.inertial import InertialModel, tilt
-from refseq_bench.sim.sensors.laser import Laser, LaserModel
+from refseq_bench.sim.sensors.laser import Laser
+from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.sim.sensors.sonar import SonarModel
 
 COMMAND_PERIOD = 0.04

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from refseq_bench.scenarios.driven_plan import driven_plan, known_by_name
-from refseq_bench.scenarios.drives.record import Drive, described, open_bench, plan_of
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import described, open_bench
+from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.scenarios.report.outline import outline_for
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.sim.rendering.renderer import RendererKind

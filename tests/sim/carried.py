@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq_bench.sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS, Hits, cast, sweep
-from refseq_bench.sim.sensors.laser import Laser, LaserModel
+from refseq_bench.sim.sensors.laser import Laser
 from refseq_bench.sim.sensors.laser_echoes import LaserEchoes
+from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.sim.sensors.ray_scene import RayScene
 
 ROOM = (8.0, 5.0)

@@ -11,7 +11,8 @@ import pytest
 from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots import Cause, Twist
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Physics

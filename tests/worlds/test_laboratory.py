@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
-from refseq_bench.sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import drive_and_sense, operator_for
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.rendering.frustum import frustum
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world

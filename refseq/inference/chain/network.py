@@ -11,8 +11,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Transitions
 from refseq.inference.chain.motion import MotionSettings
@@ -56,8 +54,12 @@ class Network:
         """Number of the spot that each position is at, (K,): its place, and all places that loops lead to from it."""
         if not len(self.loops):
             return self.places
+        # A tenth of a second to import, which maps without loops do not wait for.
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
         count = int(max(self.places.max(), self.loops.max())) + 1
-        graph = sparse.coo_array((np.ones(len(self.loops)), self.loops.T), shape=(count, count))
+        graph = coo_array((np.ones(len(self.loops)), self.loops.T), shape=(count, count))
         return np.asarray(connected_components(graph, directed=False)[1], np.intp)[self.places]
 
     @cached_property

@@ -13,7 +13,7 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import gamma
+from scipy.special import gammaln, xlogy
 
 from refseq.inference.chain.chain import Chain, Observation
 from refseq.inference.chain.motion import motion_model
@@ -71,10 +71,11 @@ class DurationModel:
     def term(self, observations: Sequence[Observation], weight: float = 1.0) -> Term:
         """α Σ_j log p(d_j), α being the ``weight``."""
         shape = self.spread**-2
+        constant = math.log(shape) - float(gammaln(shape))  # of the density of a gamma distribution of mean 1
 
         def score(path: RankedPath) -> float:
             ratios = np.maximum(self.ratios(path, observations), SHORTEST)
-            return weight * float(gamma.logpdf(ratios, shape, scale=1 / shape).sum())
+            return weight * float((xlogy(shape - 1, shape * ratios) - shape * ratios + constant).sum())
 
         return score
 

@@ -8,8 +8,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from refseq.view import View
-
-JPEG_QUALITY = 75
+from refseq.viewer.drawing.jpeg import jpeg
 
 
 def frame(view: View, camera: str) -> rr.EncodedImage | rr.Clear:
@@ -17,8 +16,12 @@ def frame(view: View, camera: str) -> rr.EncodedImage | rr.Clear:
     image = view.images.get(camera)
     if image is None:
         return rr.Clear(recursive=False)
-    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    return rr.EncodedImage(contents=data.tobytes(), media_type="image/jpeg")
+    return kept(jpeg(image))
+
+
+def kept(content: bytes) -> rr.EncodedImage:
+    """A picture that was kept as JPEG."""
+    return rr.EncodedImage(contents=content, media_type="image/jpeg")
 
 
 def drawing(pixels: NDArray[Any]) -> rr.EncodedImage:

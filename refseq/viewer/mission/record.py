@@ -4,14 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import rerun as rr
 from numpy.typing import NDArray
 
 from refseq.belief import Belief, LocaliserProtocol
 from refseq.missions import Entry, Executor, Plan, Status
 from refseq.planar import Pose
 from refseq.view import View
-from refseq.viewer.drawing.pictures import frame
+from refseq.viewer.drawing.jpeg import jpeg
 
 EVERY = 0.2
 """Period of the recorded states [s]; less makes files larger, changes are recorded in any case."""
@@ -57,12 +56,12 @@ class Instant:
 
 @dataclass(frozen=True)
 class LocalisedView:
-    """A view on the way, without its images, what was believed of it, and its ``frames``, by camera."""
+    """A view on the way, without its images, what was believed of it, and its ``frames`` as JPEG, by camera."""
 
     instant: Instant
     view: View
     belief: Belief
-    frames: Mapping[str, rr.EncodedImage]
+    frames: Mapping[str, bytes]
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ class Recorder:
         self._instants: list[Instant] = []
         self._views: list[LocalisedView] = []
         self._log: list[LogLine] = []
-        self._seen: list[tuple[View, Belief, dict[str, rr.EncodedImage]]] = []
+        self._seen: list[tuple[View, Belief, dict[str, bytes]]] = []
         self._began: float | None = None
         self._executor: Executor | None = None
 
@@ -110,7 +109,7 @@ class Recorder:
 
     def saw(self, view: View, belief: Belief) -> None:
         """A view was taken, and this is believed of it."""
-        frames = {name: made for name in view.images if isinstance(made := frame(view, name), rr.EncodedImage)}
+        frames = {name: jpeg(image) for name, image in view.images.items()}
         self._seen.append((replace(view, images={}), belief, frames))
 
     def note(self, executor: Executor, truth: Pose | None) -> None:

@@ -10,6 +10,7 @@ import rerun.blueprint as rrb
 
 from refseq.missions import Plan, Status, Task
 from refseq.viewer.drawing.colours import BELIEVED, LOST, MATCHED, REFERENCE, TRUTH, Colour
+from refseq.viewer.drawing.pictures import kept
 from refseq.viewer.drawing.trail import Trail
 from refseq.viewer.mission.plan import MissionPlan
 from refseq.viewer.mission.record import Instant, LocalisedView, MissionRecord
@@ -163,7 +164,7 @@ class MissionTab:
         self._plan.send_view(stream, seen, trail)
         stream.log("mission/lost", rr.Scalars(seen.belief.lost))
         for camera, frame in seen.frames.items():
-            stream.log(f"mission/camera/{camera}", frame)
+            stream.log(f"mission/camera/{camera}", kept(frame))
 
 
 _NONE = rrb.PlotLegend(visible=False)

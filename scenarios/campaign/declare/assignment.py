@@ -1,9 +1,11 @@
 """Assignment of a mission: what a robot is to do, and who can lead it."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from refseq.missions.lamp import LampStage
-from refseq_bench.scenarios.missions.file import Asked
+if TYPE_CHECKING:
+    from refseq.missions.lamp import LampStage
+    from refseq_bench.scenarios.missions.file import Asked
 
 ODOMETRY, LAMP = "odometry", "lamp"
 LEADERS = (ODOMETRY, LAMP)
@@ -25,7 +27,7 @@ class Assignment:
     ``goal`` [m] is where that ends, None: where the plan does on what was learnt.
     """
 
-    asked: Asked | None
+    asked: "Asked | None"
     target: Target | None
-    stages: tuple[LampStage, ...]
+    stages: "tuple[LampStage, ...]"
     goal: tuple[float, float] | None

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS
+from refseq_bench.scenarios.drives.drive import QUERY_SEEDS
 from refseq_bench.scenarios.errors import ScenarioError
 
 FURTHER_SEEDS = 2 * QUERY_SEEDS

@@ -5,19 +5,18 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from refseq_bench.scenarios.campaign.declare.cases import (
-    Case,
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.checks.by_type import checks_for
+from refseq_bench.scenarios.campaign.declare.checks.runnable import (
     check_chosen_elsewhere,
     check_drawn,
     check_drives_apart,
     check_judged,
 )
-from refseq_bench.scenarios.campaign.declare.drivable import named
 from refseq_bench.scenarios.campaign.declare.expectations import about
 from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, SourceTable
-from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
-from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import written_out
+from refseq_bench.scenarios.errors import ScenarioError, named
+from refseq_bench.scenarios.methods.names import written_out
 from refseq_bench.scenarios.tables import plural
 from refseq_bench.sim.rendering.renderer import RendererKind
 
@@ -38,10 +37,10 @@ def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequ
     run.
     """
     judged = tuple(dict.fromkeys(localisers))
-    schema_types = {schema_type_for(case.scenario) for case in cases}
+    type_checks = {checks_for(case.scenario) for case in cases}
     others = None if methods is None else tuple(name for name in methods if name != NOBODY)
-    for schema_type in schema_types:
-        schema_type.check_names((*judged, *written_out(others or ())))
+    for checks in type_checks:
+        checks.check_names((*judged, *written_out(others or ())))
     if not judged and others == ():
         raise ScenarioError("methods 'none': nobody is left to be asked; valid is to name a localiser or a method")
     return [_with_methods(case, judged, others) for case in cases] if judged or methods is not None else list(cases)
@@ -58,11 +57,11 @@ def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | Non
     expected = case.expectations if meant == (first,) else tuple(dict.fromkeys(told))
     localise = scenario.localise.model_copy(update={"methods": running, "judged": first})
     asked = scenario.model_copy(update={"localise": localise})
-    schema_type = schema_type_for(asked)
+    type_checks = checks_for(asked)
     with named(case.name):
-        schema_type.check_methods(asked)
+        type_checks.check_methods(asked)
         check_judged(asked)
-        schema_type.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
+        type_checks.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
     found = replace(case, scenario=asked, expectations=expected)
     check_chosen_elsewhere(found)
     return found

@@ -1,8 +1,7 @@
 """Real recordings: a log or a folder of images, beside the scenario's file or in the folder of those at hand."""
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path, PurePath
 
 import numpy as np
@@ -11,6 +10,7 @@ from refseq.logs import PairingOptions, Recording, Role, open_log, plan_views
 from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.trajectories import PoseTable, read_trajectory
 from refseq.planar import Pose
+from refseq_bench.scenarios.campaign.declare.sources import Images, Log
 from refseq_bench.scenarios.drives.inputs import names_by_topic
 from refseq_bench.scenarios.drives.left_out import check_all_views, views_left_out
 from refseq_bench.scenarios.drives.selection import stretch
@@ -22,42 +22,6 @@ DATA = "REFSEQ_RECORDINGS"
 
 class AbsentError(Exception):
     """A real recording is not on this machine: what needs it is skipped, with this reason."""
-
-
-@dataclass(frozen=True, slots=True)
-class Log:
-    """A real log: the ``views`` FROM:TO of it, one every ``thin`` [m] (0: all).
-
-    ``noise`` is the seed of the noise that its odometry is given, None: none, for logs whose odometry is a real one.
-    ``truth`` and ``odometry`` are a trajectory's file each or a topic of the log, None: the log's own. Files are looked
-    for in the folder ``beside`` the scenario, then in that of real recordings. ``topics`` names sensors, name → topic;
-    samples within ``tolerance`` [s] make one view; ``late`` is how late a sensor's stamps are, or the truth's [s].
-    """
-
-    file: str
-    views: str | None = None
-    thin: float = 0.0
-    noise: int | None = None
-    truth: str | None = None
-    odometry: str | None = None
-    topics: Mapping[str, str] = field(default_factory=dict)
-    tolerance: float | None = None
-    late: Mapping[str, float] = field(default_factory=dict)
-    beside: Path | None = field(default=None, compare=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Images:
-    """A folder of images of one camera, in the order of their names, looked for as a log is.
-
-    There is no odometry: each view is ``spacing`` [m] after the last, and its true place is its number times that. The
-    images are enlarged or shrunk to ``width`` [pixels].
-    """
-
-    folder: str
-    spacing: float = 1.0
-    width: int = 640
-    beside: Path | None = field(default=None, compare=False)
 
 
 def names_in(source: Log | Images) -> tuple[str, ...]:

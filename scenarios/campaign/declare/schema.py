@@ -13,9 +13,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from refseq.map.extractors import FEATURES
+from refseq.map.names import FEATURE_NAMES
 from refseq_bench.scenarios.campaign.declare.assignment import ODOMETRY
-from refseq_bench.scenarios.methods.by_name import written_out
+from refseq_bench.scenarios.methods.names import written_out
 from refseq_bench.sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
 from refseq_bench.sim.drives.operator import UNEVEN, WIDEST
 from refseq_bench.sim.drives.signal_faults import SignalFault
@@ -38,8 +38,8 @@ def _in_one_line(text: str) -> str:
 
 def _known_feature(name: str) -> str:
     """The name of a feature."""
-    if name not in FEATURES:
-        raise ValueError(f"{name!r:.60} is not valid; it should be one of {', '.join(FEATURES)}")
+    if name not in FEATURE_NAMES:
+        raise ValueError(f"{name!r:.60} is not valid; it should be one of {', '.join(FEATURE_NAMES)}")
     return name
 
 
@@ -93,7 +93,7 @@ class TriggerTable(Table):
 
 
 class DriveTable(Table):
-    """A drive to simulate; the fields of ``refseq_bench.scenarios.drives.record.Drive`` but its seed.
+    """A drive to simulate; the fields of ``refseq_bench.scenarios.drives.drive.Drive`` but its seed.
 
     ``robot_spread``: ``as-built`` gives each drive a robot of its own, ``calibrated`` all the same one.
     ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a person of the
@@ -157,6 +157,10 @@ def kind_of(table: object) -> str:
     return next((kind for kind in ("log", "images") if kind in keys), "drive")
 
 
+ONLY_SEED = (1,)
+"""Seeds by default where nothing is drawn from them."""
+
+
 def is_drawn(table: "DriveTable | LogTable | ImagesTable") -> bool:
     """Tell whether another seed makes other views: of a simulated drive, or with noise on a log's odometry."""
     return isinstance(table, DriveTable) or (isinstance(table, LogTable) and table.odometry_noise)
@@ -195,7 +199,7 @@ class LocaliseTable(AskedTable):
     """Methods that are asked where the robot is.
 
     ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged`` is
-    by default the profile's chain, ``methods``, names and groups of ``refseq_bench.scenarios.methods.by_name``, its
+    by default the profile's chain, ``methods``, names and groups of ``refseq_bench.scenarios.methods.names``, its
     stages. Only ``places`` FROM:TO of the reference are learnt. The query's views have ``signal_faults`` before any
     method is given them.
     """
@@ -206,7 +210,7 @@ class LocaliseTable(AskedTable):
 
 
 class GuideTable(AskedTable):
-    """Methods that lead the robot: ``odometry``, ``lamp`` with a program, any of ``scenarios.methods.by_name``."""
+    """Methods that lead the robot: ``odometry``, ``lamp`` with a program, any of ``scenarios.methods.names``."""
 
     methods: Annotated[tuple[str, ...], Field(min_length=1)] = (ODOMETRY, "best/chain")
 

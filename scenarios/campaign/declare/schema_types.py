@@ -1,30 +1,24 @@
-"""Types of scenarios, localising a drive or carrying out a mission, with the checks of what each may declare.
+"""Types of scenarios, localising a drive or carrying out a mission: schema, defaults, figures.
 
-What is done with a case of each kind: ``refseq_bench.scenarios.campaign.case_types``.
+Checks of each type: ``refseq_bench.scenarios.campaign.declare.checks.by_type``. Work on cases of each type:
+``refseq_bench.scenarios.campaign.case_types``.
 """
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from refseq.map.profile import profile_named
-from refseq_bench.scenarios.campaign.declare.drivable import named
 from refseq_bench.scenarios.campaign.declare.expectations import Expectation, parse
-from refseq_bench.scenarios.campaign.declare.mission_checks import check_leaders, check_mission
 from refseq_bench.scenarios.campaign.declare.mission_figures import MISSION_FIGURES
 from refseq_bench.scenarios.campaign.declare.schema import Declared, MissionScenario, Scenario
-from refseq_bench.scenarios.campaign.declare.sources import Source
-from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import check_methods, is_hindsight
-from refseq_bench.sim.drives.recorder import MISSION_EVERY
 from refseq_bench.sim.drives.signal_faults import SignalFault
+from refseq_bench.sim.drives.view_spacing import MISSION_EVERY
 
 
 class SchemaType(Protocol):
-    """Schema and checks of one type of scenario."""
+    """Schema of one type of scenario."""
 
     name: str
     model: type[Declared]
@@ -38,20 +32,8 @@ class SchemaType(Protocol):
         """Read an expectation of a scenario. Raises ``ScenarioError``."""
 
     @abstractmethod
-    def check_methods(self, scenario: Any) -> None:
-        """Raise the rooms' own errors for a method that there is not."""
-
-    @abstractmethod
-    def check_names(self, names: Sequence[str]) -> None:
-        """Raise ``ScenarioError`` for a method that a user names and that no scenario of this kind can ask."""
-
-    @abstractmethod
     def summary_lines(self, scenario: Any) -> list[str]:
         """Lines about keys that only this type has."""
-
-    @abstractmethod
-    def check(self, scenario: Any, file: Path, references: Sequence[Source]) -> None:
-        """Raise the rooms' own errors for what cannot be done; ``file`` is the scenario's."""
 
 
 class LocalisingSchema(SchemaType):
@@ -66,16 +48,6 @@ class LocalisingSchema(SchemaType):
         """Of the figures of answers."""
         return parse(text, scenario.localise.profile)
 
-    def check_methods(self, scenario: Scenario) -> None:
-        """Localisers only."""
-        profile_named(scenario.localise.profile)
-        with named("localise"):
-            check_methods(scenario.methods)
-
-    def check_names(self, names: Sequence[str]) -> None:
-        """Localisers only."""
-        check_methods(names)
-
     def summary_lines(self, scenario: Scenario) -> list[str]:
         """The faults of signals, and the tolerances."""
         terms = scenario.score
@@ -84,17 +56,6 @@ class LocalisingSchema(SchemaType):
             *(f"  fault of signals: {_in_words(fault)}" for fault in scenario.localise.signal_faults),
             f"  right: {tolerance}; told beside it: {terms.narrow:g} m",
         ]
-
-    def check(self, scenario: Scenario, file: Path, references: Sequence[Source]) -> None:
-        """Refuse what is not done with several references."""
-        if not scenario.further:
-            return
-        if scenario.localise.places is not None:
-            raise ScenarioError(
-                f"localise.places = {scenario.localise.places!r}; valid with [[further]] is to learn all"
-            )
-        for method in filter(is_hindsight, scenario.methods):
-            raise ScenarioError(f"localise: {method!r} knows one reference only; valid are methods without hindsight")
 
 
 class MissionSchema(SchemaType):
@@ -109,14 +70,6 @@ class MissionSchema(SchemaType):
         """Of the figures of missions."""
         return parse(text, None, MISSION_FIGURES)
 
-    def check_methods(self, scenario: MissionScenario) -> None:
-        """Localisers, and those that need none."""
-        check_leaders(scenario.methods, programmed=scenario.mission.lamp is not None)
-
-    def check_names(self, names: Sequence[str]) -> None:
-        """Localisers, and those that need none; whether there is a program, each scenario tells."""
-        check_leaders(names, programmed=True)
-
     def summary_lines(self, scenario: MissionScenario) -> list[str]:
         """The mission, and when it counts as completed."""
         said = scenario.mission.model_dump(mode="json", exclude_defaults=True)
@@ -125,10 +78,6 @@ class MissionSchema(SchemaType):
             *(f"  mission, {key}: {value}" for key, value in said.items()),
             f"  completed: within {terms.within:g} m of the goal; told beside it: {terms.narrow:g} m",
         ]
-
-    def check(self, scenario: MissionScenario, file: Path, references: Sequence[Source]) -> None:
-        """Refuse what cannot be a mission."""
-        check_mission(scenario, file, references)
 
 
 def _in_words(fault: SignalFault) -> str:

@@ -1,10 +1,47 @@
 """Sources of views: a drive to simulate, a log, or a folder of images."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from refseq_bench.scenarios.campaign.declare.real_recordings import Images, Log
-from refseq_bench.scenarios.drives.record import Drive, name_of_route
+from refseq_bench.scenarios.drives.drive import Drive, name_of_route
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A real log: the ``views`` FROM:TO of it, one every ``thin`` [m] (0: all).
+
+    ``noise`` is the seed of the noise that its odometry is given, None: none, for logs whose odometry is a real one.
+    ``truth`` and ``odometry`` are a trajectory's file each or a topic of the log, None: the log's own. Files are looked
+    for in the folder ``beside`` the scenario, then in that of real recordings. ``topics`` names sensors, name → topic;
+    samples within ``tolerance`` [s] make one view; ``late`` is how late a sensor's stamps are, or the truth's [s].
+    """
+
+    file: str
+    views: str | None = None
+    thin: float = 0.0
+    noise: int | None = None
+    truth: str | None = None
+    odometry: str | None = None
+    topics: Mapping[str, str] = field(default_factory=dict)
+    tolerance: float | None = None
+    late: Mapping[str, float] = field(default_factory=dict)
+    beside: Path | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Images:
+    """A folder of images of one camera, in the order of their names, looked for as a log is.
+
+    There is no odometry: each view is ``spacing`` [m] after the last, and its true place is its number times that. The
+    images are enlarged or shrunk to ``width`` [pixels].
+    """
+
+    folder: str
+    spacing: float = 1.0
+    width: int = 640
+    beside: Path | None = field(default=None, compare=False)
+
 
 Source = Drive | Log | Images
 

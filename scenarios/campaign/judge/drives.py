@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from refseq.belief import Belief
 from refseq.view import View
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.declare.sources import names_of
 from refseq_bench.scenarios.campaign.judge.expectations import judge

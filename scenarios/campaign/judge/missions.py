@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.expectations import Expectation, about
 from refseq_bench.scenarios.campaign.declare.mission_figures import MISSION_FIGURES
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome

@@ -4,14 +4,15 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.judge.drives import Judged, tolerances
 from refseq_bench.scenarios.campaign.pages.decisive import compared, comparison_rows, seeds_words, undecided
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, asked_views, learnt_drives
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
-from refseq_bench.scenarios.drives.record import Drive, plan_of
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.scenarios.report.document import details, facts
 from refseq_bench.scenarios.report.page import rendered
 from refseq_bench.scenarios.report.plots.plan import FloorOutline

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.schema import SourceTable
 from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
 from refseq_bench.scenarios.tables import TextTable

@@ -7,8 +7,8 @@ from rich.console import Console
 from rich.text import Text
 
 from refseq_bench.scenarios.campaign.pages.decisive import corrected, power_line, smallest_words, undecided
-from refseq_bench.scenarios.campaign.pages.index import INDEX, index_row, verdict_line
 from refseq_bench.scenarios.campaign.pages.summary import Summary, plain
+from refseq_bench.scenarios.campaign.pages.verdicts import INDEX, index_row, verdict_line
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from refseq_bench.scenarios.report.words import duration_text
 from refseq_bench.scenarios.tables import NONE, TextTable, plural, print_whole, say

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from refseq_bench.scenarios.campaign.store.result_file import (
     cases_by_scenario,
 )
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.report.plots.order import OrderPanel
 from refseq_bench.scenarios.scoring.intervals.rank_agreement import (
     RankAgreement,
     RankCorrelation,
@@ -30,6 +30,9 @@ from refseq_bench.scenarios.scoring.intervals.rank_agreement import (
     rank_agreement,
 )
 from refseq_bench.scenarios.tables import NONE
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.report.plots.order import OrderPanel
 
 REAL, TWIN = "real", "twin"
 FIGURES = ("success", "auc")
@@ -131,8 +134,10 @@ def _score(run: RunRecord, figure: str) -> float:
 # --- what is told ---
 
 
-def panels(one: Validity) -> list[OrderPanel]:
+def panels(one: Validity) -> "list[OrderPanel]":
     """Points of a scatter plot of each set, and of the mean over sets."""
+    from refseq_bench.scenarios.report.plots.order import OrderPanel  # matplotlib, which no text asks for
+
     each = [OrderPanel(pair.name, mean_scores([pair.twin]), mean_scores([pair.real])) for pair in one.pairs]
     real, twin = one.means
     return [*each, OrderPanel("mean over sets", twin, real)] if len(each) > 1 else each

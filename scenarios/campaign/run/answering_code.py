@@ -8,9 +8,9 @@ from refseq.logs.beliefs import table
 from refseq_bench.scenarios.campaign.run import answering, learning
 from refseq_bench.scenarios.campaign.store import answers, cache, recordings
 from refseq_bench.scenarios.campaign.store.keys import code_digest
-from refseq_bench.scenarios.methods import baselines, by_name, plugins, programs, reference
+from refseq_bench.scenarios.methods import baselines, by_name, names, plugins, programs, reference
 from refseq_bench.scenarios.methods.baselines import BASELINES
-from refseq_bench.scenarios.methods.by_name import modules_of
+from refseq_bench.scenarios.methods.names import modules_of
 from refseq_bench.scenarios.scoring import cost, merging
 
 READER = recordings.__name__
@@ -19,7 +19,20 @@ SHARED = (READER, memory.__name__, table.__name__)
 """Modules that any answer comes through, with all that they import."""
 ASKING = tuple(
     one.__name__
-    for one in (answering, learning, answers, cache, baselines, reference, by_name, plugins, programs, cost, merging)
+    for one in (
+        answering,
+        learning,
+        answers,
+        cache,
+        baselines,
+        reference,
+        by_name,
+        names,
+        plugins,
+        programs,
+        cost,
+        merging,
+    )
 )
 """Modules that ask a baseline and take its answers: their own text counts for it, not our localiser behind them."""
 

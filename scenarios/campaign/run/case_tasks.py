@@ -5,12 +5,12 @@ from functools import partial
 from typing import TypeVar
 
 from refseq_bench.scenarios.campaign.declare.assignment import Assignment
-from refseq_bench.scenarios.campaign.declare.cases import Case
-from refseq_bench.scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.checks.missions import asked_mission, program_of, target_of
 from refseq_bench.scenarios.campaign.declare.schema import MissionScenario, Scenario
 from refseq_bench.scenarios.campaign.run.mission_task import MissionTask
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, Question
-from refseq_bench.scenarios.methods.by_name import family
+from refseq_bench.scenarios.methods.names import family
 from refseq_bench.scenarios.methods.shelf import Learning
 
 Asked = TypeVar("Asked", bound=Question)

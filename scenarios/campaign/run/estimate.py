@@ -3,16 +3,16 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from refseq_bench.scenarios.campaign.declare.cases import Case
-from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
 from refseq_bench.scenarios.campaign.run.eta import in_words
 from refseq_bench.scenarios.campaign.run.tasks import Question, RecordTask, Task, distinct
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.drives.record import Drive
-from refseq_bench.scenarios.methods.by_name import family
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.methods.names import family
 from refseq_bench.scenarios.methods.plugins import is_plugin
 from refseq_bench.sim.rendering.renderer import RendererKind
 

@@ -20,8 +20,9 @@ from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
 from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
 from refseq_bench.scenarios.campaign.store.missions import KeptMission, read_mission, write_mission
 from refseq_bench.scenarios.campaign.store.views import source_key
-from refseq_bench.scenarios.drives.record import Drive, open_bench
-from refseq_bench.scenarios.methods.by_name import modules_of
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import open_bench
+from refseq_bench.scenarios.methods.names import modules_of
 from refseq_bench.scenarios.missions.leader import Journey, KnownDrives, Leader, along_reference, over_several
 from refseq_bench.scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
 from refseq_bench.scenarios.scoring.cost import Cost, forget_peak

@@ -12,17 +12,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log, names_in, place_below, real_paths
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, names_in, place_below, real_paths
+from refseq_bench.scenarios.campaign.declare.sources import Images, Log
 from refseq_bench.scenarios.campaign.run import mission_task
 from refseq_bench.scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
 from refseq_bench.scenarios.campaign.run.workers import Processes, broken
 from refseq_bench.scenarios.campaign.store.cache import ENDS, MAP, RECORDING, Store
 from refseq_bench.scenarios.campaign.store.views import drawing_device
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.imports.closure import closure_of
 from refseq_bench.scenarios.methods.baselines import BASELINES
-from refseq_bench.scenarios.methods.by_name import modules_of
+from refseq_bench.scenarios.methods.names import modules_of
 from refseq_bench.scenarios.methods.plugins import plugin_digest
 from refseq_bench.sim.rendering.renderer import RendererKind
 

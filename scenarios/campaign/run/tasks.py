@@ -32,10 +32,11 @@ from refseq_bench.scenarios.campaign.store.answers import KeptAnswers, read_answ
 from refseq_bench.scenarios.campaign.store.cache import ANSWERS, RECORDING, DamagedError, Store
 from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
 from refseq_bench.scenarios.campaign.store.views import read_views, recording_key, source_key
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.methods import networks
-from refseq_bench.scenarios.methods.by_name import profile_of
+from refseq_bench.scenarios.methods.names import profile_of
 from refseq_bench.scenarios.methods.networks import network_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from refseq_bench.scenarios.methods.reference import Reference

@@ -7,11 +7,11 @@ from typing import Any
 
 from refseq.view import LASER
 from refseq_bench.robots.individual import SPREADS
-from refseq_bench.scenarios.campaign.declare.cases import Case
-from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.overrides import with_sources
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.change.change import change_named

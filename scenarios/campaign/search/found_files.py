@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable
 from refseq_bench.scenarios.campaign.search.dials import Point
 from refseq_bench.scenarios.campaign.search.seek import Found

@@ -7,7 +7,7 @@ from operator import attrgetter
 from pathlib import Path
 
 from refseq.files import replace_text
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.results import slugs
 from refseq_bench.scenarios.campaign.search.dials import Dial, Point, at_point
 from refseq_bench.scenarios.campaign.search.found_files import point_words, points_csv, scenario_text

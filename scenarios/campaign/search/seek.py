@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.run.workers import WorkerPool
 from refseq_bench.scenarios.campaign.search.dials import Dial, Point, Scale, Value, at_point
 from refseq_bench.scenarios.campaign.store.cache import Store

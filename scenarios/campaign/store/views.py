@@ -15,7 +15,8 @@ from refseq_bench.scenarios.campaign.store.cache import RECORDING, DamagedError,
 from refseq_bench.scenarios.campaign.store.contents import content_digest
 from refseq_bench.scenarios.campaign.store.keys import LENGTH, code_digest, key_of
 from refseq_bench.scenarios.campaign.store.recordings import read_kept
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.sim.rendering.drivers import GlDevice, VulkanDriver, gl_device, vulkan_driver
 from refseq_bench.sim.rendering.renderer import RendererKind
 

@@ -56,12 +56,15 @@ def compare(
     reading: ThinnedReading = ThinnedReading(),
 ) -> None:
     """Compare methods on the same views, baselines among them."""
-    from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark, tolerances_of
-    from refseq_bench.scenarios.methods.by_name import methods_named
-    from refseq_bench.scenarios.scoring.figures import figures_record
+    from refseq_bench.scenarios.methods.checks import methods_named
 
     check_output(output, report, of=drives)
-    pairs, wanted = pairs_of(drives, ground_truth, layout), methods_named(words(methods, "methods"))
+    wanted = methods_named(words(methods, "methods"))
+
+    from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark, tolerances_of
+    from refseq_bench.scenarios.scoring.figures import figures_record
+
+    pairs = pairs_of(drives, ground_truth, layout)
     benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed, reading.chosen())
     failures: list[str] = []
     with step_bars() as step:

@@ -31,8 +31,8 @@ from refseq_bench.scenarios.drives.inputs import check_output, load_map, stages,
 if TYPE_CHECKING:
     from refseq.logs import Recording
     from refseq.map.map import Map
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.drives.live import LiveRun
-    from refseq_bench.scenarios.drives.record import Drive
 
 LIVE_HELP = """Examples:
 

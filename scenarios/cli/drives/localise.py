@@ -66,8 +66,6 @@ def localise(
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """Localise a recorded drive in a map, view by view."""
-    from refseq_bench.scenarios.drives.evaluate import compare
-
     check_output(output, of=[map_file, query, *selection.chosen().files])
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = load_map(map_file)
@@ -80,6 +78,9 @@ def localise(
         check_scorable(map_, drive, at_least)
         if worlds := other_worlds(map_, drive):
             say(err, f"note: {worlds}: true poses of two worlds are compared, and right or wrong tell little")
+
+    from refseq_bench.scenarios.drives.evaluate import compare
+
     comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
     if output is not None and trajectory is not None:
         _write_trajectories(comparison, map_, output, trajectory, quiet=as_json)

@@ -31,7 +31,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
-    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive, TeleopResult
     from refseq_bench.sim.drives.recorder import RecordedView
 
@@ -94,7 +94,6 @@ def record(
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that follows a route, behaviours or a script."""
-    from refseq_bench.scenarios.drives.teleop import TeleopDrive
     from refseq_bench.sim.drives.operator import OperatorStyle, style_named
 
     only_one_of(behaviours=behaviours, script=script)
@@ -105,6 +104,8 @@ def record(
         raise ScenarioError("--operator-style and --side are of who follows the route; valid is none with --script")
     drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()), style=style)
     if script is not None:
+        from refseq_bench.scenarios.drives.teleop import TeleopDrive
+
         session = TeleopDrive(name or output.stem, drive, sampling.trigger_unless(on_request), notes)
         tell_of(_by_script(session, output, script, form), output)
         return
@@ -162,16 +163,20 @@ def drive(
     """Record drives of a robot that you set up and lead in the browser."""
     from refseq.logs.formats import DriveFormat, output_format
     from refseq.logs.notes import checked_notes
-    from refseq_bench.scenarios.drives.capture import CaptureFiles, record_captures
-    from refseq_bench.scenarios.drives.record import check_recording, open_bench, sensors_of
-    from refseq_bench.sim.teleop.capture.setup import CaptureSetup
-    from refseq_bench.sim.teleop.viewer import ViewerSettings, capture_page
 
     _check_name(output, form)
     asked, kind = drive_in(world, setting, carrier, sampling), output_format(DriveFormat(form))
+
+    from refseq_bench.scenarios.drives.record import check_recording, open_bench, sensors_of
+
     check_recording(output, kind)
     with open_bench(asked, pictured=True):
         pass  # what cannot be opened is told before a page is
+
+    from refseq_bench.scenarios.drives.capture import CaptureFiles, record_captures
+    from refseq_bench.sim.teleop.capture.setup import CaptureSetup
+    from refseq_bench.sim.teleop.viewer import ViewerSettings, capture_page
+
     files = CaptureFiles(output, name or output.stem)
     first = CaptureSetup(files.name, checked_notes(notes), sensors_of(asked), sampling.trigger_unless(on_request))
     settings = ViewerSettings(files.name, access.policy, rate, page_told(files.name))

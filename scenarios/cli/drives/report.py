@@ -30,11 +30,12 @@ def report(
 
     It has a plan, heat maps of the posterior, frames, success and cost.
     """
+    check_output(output, of=[map_file, query, beliefs, reference])
+    comparison = read_comparison(map_file, query, beliefs, reference, reading.chosen())
+
     from refseq_bench.scenarios.report.document import write_report
     from refseq_bench.scenarios.report.outline import outline_for
 
-    check_output(output, of=[map_file, query, beliefs, reference])
-    comparison = read_comparison(map_file, query, beliefs, reference, reading.chosen())
     with writing(output):
         write_report(output, [comparison], title=comparison.name, outline=outline_for([comparison]))
     say(out, f"{output}")

@@ -15,8 +15,8 @@ from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from refseq.access.policy import AccessPolicy
-    from refseq_bench.scenarios.drives.record import Drive
-    from refseq_bench.sim.drives.recorder import Trigger
+    from refseq_bench.scenarios.drives.drive import Drive
+    from refseq_bench.sim.drives.trigger import Trigger
 
 
 class SpreadName(StrEnum):
@@ -27,7 +27,7 @@ class SpreadName(StrEnum):
 
 
 class LaserReach(StrEnum):
-    """Values of ``--laser-range``; the modes of ``sim.sensors.laser.RangeMode``, not imported for help."""
+    """Values of ``--laser-range``; the modes of ``sim.sensors.laser_model.RangeMode``, not imported for help."""
 
     NEAR = "8"
     FAR = "80"
@@ -249,7 +249,7 @@ class Sampling:
         """The same in radians. Raises ``SimError``."""
         from math import inf, radians
 
-        from refseq_bench.sim.drives.recorder import Trigger
+        from refseq_bench.sim.drives.trigger import Trigger
 
         turn = None if self.turn is None else radians(self.turn)
         for name, value, or_off in (
@@ -364,7 +364,7 @@ class Screen:
 
     def check(self, instead: Path | None) -> None:
         """Raise ``RefseqError`` where nothing could be shown; files ``instead`` need no viewer."""
-        from refseq.viewer.sinks import check_answers, check_display, check_free
+        from refseq.viewer.checks import check_answers, check_display, check_free
 
         if instead is not None:
             return
@@ -409,9 +409,9 @@ class Access:
 
 def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling, **more: Any) -> "Drive":
     """Put a drive together. Raises the rooms' own errors for what cannot be read."""
-    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
-    from refseq_bench.sim.sensors.laser import RangeMode
+    from refseq_bench.sim.sensors.laser_model import RangeMode
 
     sensors, cameras = words(carrier.sensors, "sensors"), assignments(carrier.camera, "camera")
     for name, model in cameras.items():

@@ -27,7 +27,7 @@ os.environ.setdefault("RUST_LOG", "off")
 def rerun_command(*files: Path) -> str:
     """A command, to be typed where one stands, that shows files: in a window, without a display in a browser."""
     from refseq.access.policy import LOOPBACK
-    from refseq.viewer.sinks import check_display
+    from refseq.viewer.checks import check_display
 
     program = Path(sysconfig.get_path("scripts")) / "rerun"
     if shutil.which("rerun"):

@@ -13,7 +13,7 @@ from refseq.map.map import Map, MapFrame
 from refseq.map.paths.path import MapPath
 from refseq_bench.scenarios.driven_plan import driven_plan
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.missions.trip import check_world
+from refseq_bench.scenarios.missions.map_world import check_world
 from refseq_bench.worlds.drawing.outline import outline_of
 from refseq_bench.worlds.plans.load import load_plan
 

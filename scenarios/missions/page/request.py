@@ -9,7 +9,7 @@ from refseq.errors import MapError
 from refseq.map.map import Map
 from refseq.missions import Plan, as_learnt, parse_mission
 from refseq_bench import robots
-from refseq_bench.scenarios.drives.record import plan_of
+from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.file import Asked, mission_in
 from refseq_bench.scenarios.missions.trip import MissionTrip

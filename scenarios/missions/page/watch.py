@@ -14,7 +14,8 @@ from refseq.belief import Belief
 from refseq.missions import Executor, Plan, Status
 from refseq.planar import Pose
 from refseq.view import Scan, View
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.realtime import RealTimePacer
 
 PAUSE, RESUME, ABORT = WISHES = ("pause", "resume", "abort")

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import kendalltau, rankdata, spearmanr
 
 from refseq_bench.scenarios.scoring.intervals.bootstrap import COVERED, SEED
 
@@ -75,6 +74,11 @@ def correlations(ours: Scores, others: Scores) -> tuple[float, float]:
     """Spearman's ρ and Kendall's τ-b of scores (M,); nan where there is no order."""
     if len(ours) < FEWEST or np.ptp(ours) == 0 or np.ptp(others) == 0:
         return math.nan, math.nan
+    from scipy.stats import (  # half a second to import, which no mistake in a folder's name waits for
+        kendalltau,
+        spearmanr,
+    )
+
     return float(spearmanr(ours, others).statistic), float(kendalltau(ours, others).statistic)
 
 
@@ -104,6 +108,8 @@ def _correlations(ours: Scores, others: Scores) -> Scores:
 
 
 def _centred_ranks(scores: Scores) -> Scores:
+    from scipy.stats import rankdata  # as above
+
     return rankdata(scores, axis=-1) - (scores.shape[-1] + 1) / 2
 
 

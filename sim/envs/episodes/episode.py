@@ -13,8 +13,9 @@ from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours import BehaviourOutcome
 from refseq_bench.robots.robot import Shape
 from refseq_bench.robots.state import LATCHED
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.contacts import ContactLog
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_runner import senses_of
 from refseq_bench.sim.drives.operator import OperatorStyle

@@ -16,9 +16,11 @@ from refseq.map.profile import BEST
 from refseq.planar import Pose, motion_between
 from refseq.view import LASER, View
 from refseq_bench import robots
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
-from refseq_bench.sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import drive_and_sense, operator_for
+from refseq_bench.sim.drives.trigger import Moved, Trigger
 from refseq_bench.sim.envs.tasks.task import Looking
 from refseq_bench.sim.envs.worlds.named import world_named
 from refseq_bench.sim.rendering.renderer import RendererKind

@@ -13,7 +13,7 @@ from refseq.missions.path import MissionPath
 from refseq.missions.plan import WALL, Landmarks, Plan, Where, compiled
 from refseq.missions.true_way import TrueWay, distance_to
 from refseq_bench.sim.bench.polyline import Polyline
-from refseq_bench.sim.drives.recorder import MISSION_EVERY
+from refseq_bench.sim.drives.view_spacing import MISSION_EVERY
 from refseq_bench.sim.envs.tasks.mission_draw import draw_mission
 from refseq_bench.sim.envs.tasks.mission_goal import WITHIN, doorway_near, goal_of
 from refseq_bench.sim.envs.tasks.task import AskedOrder, Episode, Looking, Situation, Task, TaskGround

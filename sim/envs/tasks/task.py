@@ -20,7 +20,7 @@ from refseq.missions.plan import Plan
 from refseq.planar import Pose
 from refseq_bench.robots.robot import Shape
 from refseq_bench.sim.bench.polyline import Polyline
-from refseq_bench.sim.drives.recorder import LEARNT_EVERY
+from refseq_bench.sim.drives.view_spacing import LEARNT_EVERY
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 SUCCESS, FAILURE = 5.0, -5.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from refseq.logs.notes import checked_notes
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import SimError
 
 NAME = re.compile(r"\w[\w .-]{0,59}")

@@ -26,7 +26,8 @@ from refseq.map.profile import BEST, THESIS, Decoder, Matching, MethodSettings, 
 from refseq.map.sequence import ReferenceSequence
 from refseq.map.tracking.stages import ChainTracker
 from refseq.view import View
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.metrics import auroc
 from refseq_bench.scenarios.scoring.outcome import Outcome

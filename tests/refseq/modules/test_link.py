@@ -10,8 +10,8 @@ import pytest
 from refseq.access.listener import free_port
 from refseq.access.policy import LOOPBACK, AccessPolicy, random_token
 from refseq.errors import RefseqError
+from refseq.modules.heads import Parts
 from refseq.modules.link import opened, policy_for
-from refseq.modules.messages import Parts
 from refseq.modules.process import Role
 
 pytest.importorskip("zenoh")

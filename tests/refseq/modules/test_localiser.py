@@ -8,9 +8,9 @@ import pytest
 
 from refseq.map.learning import learn
 from refseq.map.map import Map
-from refseq.modules.heads import MissingError
+from refseq.modules.heads import MissingError, Parts
 from refseq.modules.localiser import ASKED, LocaliserModule
-from refseq.modules.messages import BELIEF, VIEWS, Parts, part, view_parts
+from refseq.modules.messages import BELIEF, VIEWS, part, view_parts
 from tests.support import corridor_drive
 
 DRIVE = corridor_drive(np.random.default_rng(0), 8, size=96)

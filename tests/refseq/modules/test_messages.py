@@ -12,13 +12,12 @@ from foxglove import messages
 from refseq.belief import Belief, PoseBeside, Timings
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.map.learning import learn
-from refseq.modules.heads import MessageError, head_bytes
+from refseq.modules.heads import MessageError, Parts, head_bytes
 from refseq.modules.messages import (
     CAMERA,
     HEAD,
     Command,
     Ended,
-    Parts,
     ScanGeometry,
     SentScan,
     Step,

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from refseq.modules.heads import MessageError, MissingError, head_bytes
-from refseq.modules.messages import HEAD, STEPS, VIEWS, Parts, Step, head_of
+from refseq.modules.heads import MessageError, MissingError, Parts, head_bytes
+from refseq.modules.messages import HEAD, STEPS, VIEWS, Step, head_of
 from refseq.modules.process import TRIES, Role, run_module
 from tests.sim.modules.local_link import LocalLink
 

@@ -12,7 +12,7 @@ from refseq.belief import Belief
 from refseq.errors import RefseqError
 from refseq.map.learning import learn
 from refseq.map.map import Map
-from refseq.modules.heads import head_bytes
+from refseq.modules.heads import Parts, head_bytes
 from refseq.modules.messages import (
     BELIEF,
     CAMERA,
@@ -21,7 +21,6 @@ from refseq.modules.messages import (
     STEPS,
     VIEWS,
     OrderHead,
-    Parts,
     Step,
     ViewHead,
     view_parts,

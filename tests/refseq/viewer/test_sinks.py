@@ -16,8 +16,9 @@ import rerun as rr
 from refseq.access.listener import free_port
 from refseq.children import end_tied, start_tied
 from refseq.errors import RefseqError
-from refseq.viewer import sinks, watched
-from refseq.viewer.sinks import check_answers, check_free, connected, served, spawned
+from refseq.viewer import checks, sinks, watched
+from refseq.viewer.checks import check_answers, check_free
+from refseq.viewer.sinks import connected, served, spawned
 from refseq.viewer.watched import gone
 
 
@@ -75,7 +76,7 @@ def test_what_answers_must_be_a_viewer(monkeypatch: pytest.MonkeyPatch) -> None:
     """A web server that is listening at the port; and one that never says a word."""
     with listener(b"HTTP/1.1 400 Bad Request\r\n\r\n") as port, pytest.raises(RefseqError, match="is no Rerun viewer"):
         check_answers(f"rerun+http://127.0.0.1:{port}/proxy")
-    monkeypatch.setattr(sinks, "ANSWER", 0.2)
+    monkeypatch.setattr(checks, "ANSWER", 0.2)
     with closing(socket.create_server(("127.0.0.1", 0))) as silent:
         port = silent.getsockname()[1]
         with pytest.raises(RefseqError, match="nobody answers"):

@@ -19,7 +19,8 @@ from refseq_bench.robots.robuter.firmware import HOLD
 from refseq_bench.robots.robuter.regulator import SERVO_LAG
 from refseq_bench.robots.robuter.sonars import FRONT_SONARS, SONARS
 from refseq_bench.robots.robuter.watches import MARGIN, REACTION, ROUND
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.operator import Operator, OperatorStyle
 from refseq_bench.sim.rendering.renderer import RendererKind

@@ -38,8 +38,9 @@ def driven(seed: int, path: Path, hours: int) -> Iterator[tuple[float, float, fl
     from refseq.logs import RecordingWriter
     from refseq.planar import wrap
     from refseq_bench.robots import Twist
-    from refseq_bench.scenarios.drives.record import Drive, open_bench
-    from refseq_bench.sim.bench.bench import CONTROL_PERIOD
+    from refseq_bench.scenarios.drives.drive import Drive
+    from refseq_bench.scenarios.drives.record import open_bench
+    from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
     from refseq_bench.sim.rendering.renderer import RendererKind
 
     per_view, per_hour = round(PERIOD / CONTROL_PERIOD), round(3600 / CONTROL_PERIOD)

@@ -17,8 +17,9 @@ import numpy as np
 
 from refseq.access.listener import free_port
 from refseq.access.policy import LOOPBACK, AccessPolicy
+from refseq.modules.heads import Parts
 from refseq.modules.link import opened
-from refseq.modules.messages import STEPS, Parts, Step, head_of
+from refseq.modules.messages import STEPS, Step, head_of
 from refseq.modules.process import Role
 from tests.robustness.attack import Attack, Attempt, register
 from tests.robustness.commands import PATIENCE, PROGRAM, ROOT, desk, until

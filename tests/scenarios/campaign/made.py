@@ -7,7 +7,8 @@ import numpy as np
 
 from refseq.logs import RecordingWriter
 from refseq.planar import Pose
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
 from refseq_bench.scenarios.campaign.judge.drives import Judged, judged
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from refseq_bench.scenarios.campaign import campaign
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
 from refseq_bench.scenarios.campaign.judge.drives import Judged

@@ -8,8 +8,8 @@ import click
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.cases import find
-from refseq_bench.scenarios.campaign.pages.index import INDEX
 from refseq_bench.scenarios.campaign.pages.junit import JUNIT
+from refseq_bench.scenarios.campaign.pages.verdicts import INDEX
 from refseq_bench.scenarios.campaign.results import PAGE as CASE_PAGE
 from refseq_bench.scenarios.campaign.store.result_file import RESULT
 from refseq_bench.scenarios.cli.app import NAMES, command_tree

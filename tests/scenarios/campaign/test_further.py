@@ -10,12 +10,13 @@ import pytest
 
 from refseq.logs import RecordingWriter
 from refseq.view import View
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.declare.expand import put
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.declare.overrides import with_methods
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log
-from refseq_bench.scenarios.campaign.declare.sources import names_of
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
+from refseq_bench.scenarios.campaign.declare.sources import Images, Log, names_of
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.results import Results
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
@@ -30,7 +31,7 @@ from refseq_bench.scenarios.campaign.run.tasks import (
 )
 from refseq_bench.scenarios.campaign.store.cache import MAP, RECORDING, Store
 from refseq_bench.scenarios.campaign.store.result_file import read_result
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.drives.drive import QUERY_SEEDS, Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import Learnt
 from tests.scenarios.campaign.made import carried_out

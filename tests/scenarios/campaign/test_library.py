@@ -12,17 +12,21 @@ import pytest
 
 from refseq.logs import read_recording
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
-from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, find, load, names
-from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import find, load, names
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log, real_paths
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, real_paths
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable, MissionScenario, Scenario
+from refseq_bench.scenarios.campaign.declare.sources import Log
 from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
 from refseq_bench.scenarios.campaign.run.tasks import RecordTask, distinct
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, driven, plan_of
+from refseq_bench.scenarios.drives.drive import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.drives.route import driven, plan_of
 from refseq_bench.scenarios.drives.selection import stretch
+from refseq_bench.scenarios.library import LIBRARY
 from refseq_bench.scenarios.scoring.path_geometry import WIDE
 from refseq_bench.scenarios.world_survey.facts import robot_boxes
 from refseq_bench.sim.rendering.drivers import vulkan_device

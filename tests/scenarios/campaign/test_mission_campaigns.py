@@ -14,7 +14,8 @@ from refseq.belief import Belief, belief_from
 from refseq.map.map import Map
 from refseq.view import View
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
-from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.declare.overrides import with_methods
 from refseq_bench.scenarios.campaign.declare.schema import ScoreTable
@@ -33,13 +34,15 @@ from refseq_bench.scenarios.campaign.run.tasks import RecordTask, Task
 from refseq_bench.scenarios.campaign.store.cache import MAP, DamagedError, Store
 from refseq_bench.scenarios.campaign.store.missions import read_mission
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, read_result
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, open_bench
+from refseq_bench.scenarios.drives.drive import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.drives.record import open_bench
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.library import LIBRARY
 from refseq_bench.scenarios.missions import leader
 from refseq_bench.scenarios.missions.runs import turn_of
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.faults import Kidnap
-from refseq_bench.sim.drives.recorder import MISSION_EVERY
+from refseq_bench.sim.drives.view_spacing import MISSION_EVERY
 from refseq_bench.sim.envs.tasks.mission_goal import WITHIN
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from tests.scenarios.campaign.chores import AtOnce

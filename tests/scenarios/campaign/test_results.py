@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from junitparser import JUnitXml
 
 from refseq.logs import read_recording
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
 from refseq_bench.scenarios.campaign.judge.drives import Judged

@@ -14,17 +14,18 @@ from types import FrameType
 from refseq.map.profile import PROFILES
 from refseq_bench.scenarios.campaign.declare import real_recordings
 from refseq_bench.scenarios.campaign.declare.cases import load
-from refseq_bench.scenarios.campaign.declare.real_recordings import Log
+from refseq_bench.scenarios.campaign.declare.sources import Log
 from refseq_bench.scenarios.campaign.run import learning, mission_task
 from refseq_bench.scenarios.campaign.run.answering_code import READER, answering_modules
 from refseq_bench.scenarios.campaign.run.case_tasks import mission_tasks
 from refseq_bench.scenarios.campaign.run.learning import kept_maps
 from refseq_bench.scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_drives, perform
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT
 from refseq_bench.scenarios.methods.shelf import Learning
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import StuckError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL

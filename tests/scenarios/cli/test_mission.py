@@ -7,7 +7,8 @@ import pytest
 from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import same, values, verified

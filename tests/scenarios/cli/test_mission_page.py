@@ -13,7 +13,8 @@ from playwright.sync_api import Browser, Page
 
 from refseq.map.learning import learn
 from refseq.map.profile import BEST
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.sim.rendering.renderer import RendererKind
 
 BY_LASER = Drive(world="offices", renderer=RendererKind.NONE, behaviours=("MN:14",))

@@ -16,7 +16,7 @@ from refseq.errors import RefseqError
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
-from refseq.modules.heads import head_bytes
+from refseq.modules.heads import Parts, head_bytes
 from refseq.modules.link import opened
 from refseq.modules.messages import (
     BELIEF,
@@ -29,7 +29,6 @@ from refseq.modules.messages import (
     VIEWS,
     Command,
     OrderHead,
-    Parts,
     Step,
     belief_in,
     head_of,

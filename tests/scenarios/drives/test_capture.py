@@ -10,7 +10,8 @@ import pytest
 from refseq.logs import Recording
 from refseq_bench.scenarios.drives import capture
 from refseq_bench.scenarios.drives.capture import CaptureFiles, record_captures
-from refseq_bench.scenarios.drives.record import Drive, NoViewError
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import NoViewError
 from refseq_bench.scenarios.drives.teleop import TeleopDrive, TeleopResult
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.teleop.capture.desk import Offer

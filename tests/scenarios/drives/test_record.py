@@ -14,14 +14,16 @@ from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import LASER, View
 from refseq_bench import robots
-from refseq_bench.scenarios.drives.record import Drive, Progress, check_sensors, open_bench, record
+from refseq_bench.scenarios.drives.drive import Drive, check_sensors
+from refseq_bench.scenarios.drives.record import Progress, open_bench, record
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import drive_and_sense, operator_for
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import StuckError
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 from refseq_bench.sim.rendering.renderer import RendererKind
-from refseq_bench.sim.sensors.laser import RangeMode
+from refseq_bench.sim.sensors.laser_model import RangeMode
 from tests.worlds.conftest import SMALL
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")

@@ -9,11 +9,12 @@ import pytest
 from refseq.logs import read_recording
 from refseq.map.learning import learn
 from refseq.map.paths.led import led_behaviours
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import Kidnap
 from refseq_bench.sim.drives.operator import OperatorStyle, style_named
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import StuckError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.conftest import Refseq

@@ -15,8 +15,8 @@ from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST
 from refseq.view import LASER
+from refseq_bench.scenarios.maps.drawings.plan import draw_plan
 from refseq_bench.scenarios.maps.floor_plan import fit_floor, lay_floor
-from refseq_bench.scenarios.maps.plan import draw_plan
 from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive

@@ -12,10 +12,9 @@ from rich.table import Table
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.information import feature_information, neighbour_noise, view_information
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.maps import matrix as matrices
+from refseq_bench.scenarios.maps.drawings import matrix as matrices
+from refseq_bench.scenarios.maps.drawings.matrix import check_picture, draw
 from refseq_bench.scenarios.maps.matrix import (
-    check_picture,
-    draw,
     features_table,
     information_table,
     statistics_table,

@@ -13,7 +13,8 @@ from refseq.map.learning import learn
 from refseq.map.map import Map, MapFrame, beside
 from refseq.map.profile import BEST
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.maps.plan import aligned, check_plan, draw_plan, plan_error
+from refseq_bench.scenarios.maps.drawings.plan import draw_plan
+from refseq_bench.scenarios.maps.plan import aligned, check_plan, plan_error
 from tests.refseq.rooms import named_maps
 from tests.support import corridor_drive
 

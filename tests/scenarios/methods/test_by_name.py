@@ -10,7 +10,9 @@ from refseq.map.localiser import localise
 from refseq.view import LASER, View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES
-from refseq_bench.scenarios.methods.by_name import METHODS, answers, family, methods_named, run, written_out
+from refseq_bench.scenarios.methods.by_name import answers, run
+from refseq_bench.scenarios.methods.checks import methods_named
+from refseq_bench.scenarios.methods.names import METHODS, family, written_out
 from refseq_bench.scenarios.methods.reference import Reference
 from tests.support import certain, corridor_drive
 

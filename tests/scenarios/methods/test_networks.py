@@ -7,8 +7,8 @@ from refseq.features.neural.network import FILE, key_network
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, perform
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.drives.record import Drive
-from refseq_bench.scenarios.methods.by_name import methods_named
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.methods.checks import methods_named
 from refseq_bench.scenarios.methods.networks import network_of
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.key_network import write_key_network

@@ -9,7 +9,8 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.imports import closure
 from refseq_bench.scenarios.imports.closure import closure_of, spec_of
 from refseq_bench.scenarios.methods import plugins
-from refseq_bench.scenarios.methods.by_name import Learnt, check_methods, methods_named
+from refseq_bench.scenarios.methods.by_name import Learnt
+from refseq_bench.scenarios.methods.checks import check_methods, methods_named
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, PluginLocaliser, check_plugin, plugin_digest
 from refseq_bench.scenarios.methods.reference import Reference
 from tests.scenarios.methods.folder import GOOD, written

@@ -10,7 +10,8 @@ import pytest
 
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import answers_of_each, check_methods
+from refseq_bench.scenarios.methods.by_name import answers_of_each
+from refseq_bench.scenarios.methods.checks import check_methods
 from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin, plugin_digest
 from refseq_bench.scenarios.methods.templates import MY_LOCALISER
 

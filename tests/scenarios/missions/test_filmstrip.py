@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from refseq.missions import Status
-from refseq_bench.scenarios.missions import filmstrip
-from refseq_bench.scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
+from refseq_bench.scenarios.missions import bystander as bystanders
+from refseq_bench.scenarios.missions.bystander import Bystander, MissionFrame
+from refseq_bench.scenarios.missions.filmstrip import filmstrip_of
 
 
 def seen(every: float, moments: list[tuple[float, str, Status]], monkeypatch: pytest.MonkeyPatch) -> list[MissionFrame]:
@@ -22,7 +23,7 @@ def seen(every: float, moments: list[tuple[float, str, Status]], monkeypatch: py
             self.looks += 1
             return np.full((12, 16), self.looks, np.uint8)
 
-    monkeypatch.setattr(filmstrip, "ChaseCamera", Camera)
+    monkeypatch.setattr(bystanders, "ChaseCamera", Camera)
     bystander: Any = Bystander(every)
     for time, behaviour, status in moments:
         doing = SimpleNamespace(doing=behaviour if status.moving else "", status=status, along=time / 2)

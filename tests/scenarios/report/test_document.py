@@ -18,7 +18,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench import scenarios
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import METHODS
+from refseq_bench.scenarios.methods.names import METHODS
 from refseq_bench.scenarios.report.contact_sheet import CaptionedImage, contact_sheet
 from refseq_bench.scenarios.report.document import details, facts, write_report
 from refseq_bench.scenarios.report.plots.belief import belief_heatmaps

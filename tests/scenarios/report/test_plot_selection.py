@@ -1,4 +1,4 @@
-from refseq_bench.scenarios.methods.by_name import METHODS
+from refseq_bench.scenarios.methods.names import METHODS
 from refseq_bench.scenarios.report.plot_selection import MOST, select_methods
 from refseq_bench.scenarios.scoring.score import Score, score
 from tests.support import certain, corridor_comparison

@@ -8,16 +8,16 @@ from rich.console import Console
 
 from refseq.features.sift import SiftSettings, SiftWords
 from refseq.features.word_extractor import PictureKeys
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.world_survey.day import (
     SAME_PLACE,
     Day,
     Recall,
-    day_curve,
     day_table,
     found_again,
     through_the_day,
 )
+from refseq_bench.scenarios.world_survey.day_curve import day_curve
 from refseq_bench.sim.rendering.drivers import vulkan_device
 from refseq_bench.worlds.light import light_named
 from tests.worlds.conftest import SMALL

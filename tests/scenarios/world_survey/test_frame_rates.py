@@ -1,6 +1,6 @@
 import pytest
 
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.world_survey import frame_rates
 from refseq_bench.scenarios.world_survey.frame_rates import frame_rate
 from refseq_bench.sim.errors import RendererError

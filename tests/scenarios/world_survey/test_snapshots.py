@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.world_survey.contact_sheet import contact_sheet
 from refseq_bench.scenarios.world_survey.snapshots import Snapshot, places_on, pose_along, snapshots

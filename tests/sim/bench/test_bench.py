@@ -18,7 +18,8 @@ from refseq_bench.robots import Twist
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.robots.individual import RobotSpread
 from refseq_bench.robots.odometry import CalibrationErrors
-from refseq_bench.sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import ADAPTATION, Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.cameras.camera import METER_STEP, CameraModel
 from refseq_bench.sim.cameras.exposure import ExposureControl, centre_weights
@@ -26,12 +27,13 @@ from refseq_bench.sim.cameras.lens import Lens
 from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.cameras.sensor import Sensor
 from refseq_bench.sim.drives.operator import OperatorStyle
-from refseq_bench.sim.drives.recorder import Trigger, describe
+from refseq_bench.sim.drives.recorder import describe
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.envs.episodes.pixels import square_camera
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.drivers import gl_backend
 from refseq_bench.sim.rendering.renderer import RendererKind
-from refseq_bench.sim.sensors.laser import LaserModel
+from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan

@@ -15,20 +15,23 @@ import refseq_bench.sim.bench.bench
 from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots import Robot, Twist
+from refseq_bench.robots.motion import WHEELS
 from refseq_bench.sim.acceptance.floor import empty_floor
-from refseq_bench.sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import ADAPTATION, Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.faults import CameraBlack, Fault, FaultSchedule, Kidnap, LaserDazzled, WheelSlip
-from refseq_bench.sim.bench.hardware import SIDES
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.cameras.sensor import WHITE
 from refseq_bench.sim.drives.operator import Operator, OperatorStyle
-from refseq_bench.sim.drives.recorder import RecordedView, Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.drives.recorder import RecordedView, drive_and_sense, operator_for
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.beams import BEAMS
-from refseq_bench.sim.sensors.laser import DAZZLE, Laser, LaserModel
+from refseq_bench.sim.sensors.laser import Laser
 from refseq_bench.sim.sensors.laser_echoes import LaserEchoes
+from refseq_bench.sim.sensors.laser_model import DAZZLE, LaserModel
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
@@ -268,7 +271,7 @@ def motion(
 
 @pytest.mark.parametrize("friction", [0.005, 0.02])
 def test_a_slick_lets_the_robot_speed_up_no_faster_than_friction_can_push_it(floor: World, friction: float) -> None:
-    truth, odometry, _, _ = motion(floor, 1.5, SIDES, friction)
+    truth, odometry, _, _ = motion(floor, 1.5, WHEELS, friction)
     _, gripping, _, _ = motion(floor, 1.5, ())
     # Coulomb: a ≤ μ g, were all weight on the driven wheels. The motor's regulator turns them as if nothing were amiss.
     assert 0.0 <= truth.x <= friction * GRAVITY * 1.5**2 / 2
@@ -277,7 +280,7 @@ def test_a_slick_lets_the_robot_speed_up_no_faster_than_friction_can_push_it(flo
 
 
 def test_once_off_the_slick_the_odometer_tells_the_way_again(floor: World) -> None:
-    truth, odometry, later, told = motion(floor, 1.5, SIDES)
+    truth, odometry, later, told = motion(floor, 1.5, WHEELS)
     went = math.dist((truth.x, truth.y), (later.x, later.y))
     counted = math.dist((odometry.x, odometry.y), (told.x, told.y))
     # But for the moment in which the tyres catch on: the wheels turn at 0.4 m/s, the robot stands nearly.
@@ -288,7 +291,7 @@ def test_once_off_the_slick_the_odometer_tells_the_way_again(floor: World) -> No
 def test_all_tyres_have_their_own_grip_back_after_slipping(floor: World) -> None:
     with bench_in(floor) as bench:
         before = bench.model.geom_friction.copy(), bench.model.geom_priority.copy()
-        for wheel in SIDES:
+        for wheel in WHEELS:
             bench.grip(wheel, 0.02)
             assert not np.array_equal(bench.model.geom_friction, before[0])
             bench.grip(wheel, None)
@@ -317,7 +320,7 @@ class Course:
     length: float = 10.0
     covered: frozenset[str] = frozenset()
     dazzled: tuple[tuple[float, float], ...] = ()
-    slipping: dict[str, float | None] = field(default_factory=lambda: dict.fromkeys(SIDES))
+    slipping: dict[str, float | None] = field(default_factory=lambda: dict.fromkeys(WHEELS))
     carried_to: list[float] = field(default_factory=list)
     robot: Robot = field(default_factory=lambda: robots.load("robuter"))
 
@@ -374,7 +377,7 @@ def test_faults_that_overlap_add_up(faults: list[CameraBlack | LaserDazzled | Wh
         slick = [f for f in there if isinstance(f, WheelSlip) and course.time - began[id(f)] < f.seconds]
         assert course.covered == dark
         assert sorted(course.dazzled) == sorted(arcs)
-        for wheel in SIDES:
+        for wheel in WHEELS:
             under = [f.friction for f in slick if f.wheels in ("both", wheel)]
             assert course.slipping[wheel] == min(under, default=None)
 

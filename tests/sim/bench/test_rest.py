@@ -5,7 +5,8 @@ import pytest
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.sim.acceptance.floor import empty_floor
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.rest import STOPPING, come_to_rest
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.rendering.renderer import RendererKind

@@ -15,7 +15,8 @@ from refseq.access.policy import LOOPBACK
 from refseq_bench import robots
 from refseq_bench.robots import Cause, Motors
 from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.serial_port import (
     SerialPort,
     TcpOutlet,

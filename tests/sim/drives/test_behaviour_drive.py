@@ -9,10 +9,12 @@ import pytest
 from refseq.logs import RecordingWriter, read_recording
 from refseq_bench import robots
 from refseq_bench.robots.errors import RobotsError
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_drive import run_and_sense
-from refseq_bench.sim.drives.recorder import RecordedView, Trigger
+from refseq_bench.sim.drives.recorder import RecordedView
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import StuckError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.sim.drives.behaving_in import BOX, corridor

@@ -13,20 +13,18 @@ from hypothesis import strategies as st
 from refseq.logs import RecordingWriter, read_recording
 from refseq.planar import Pose
 from refseq_bench import robots
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
-from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.operator import PATIENCE, OperatorStyle
 from refseq_bench.sim.drives.recorder import (
-    PATIENCE,
-    ROUNDING,
     STANDSTILL,
-    Moved,
     RecordedView,
-    Trigger,
     describe,
     drive_and_sense,
     operator_for,
 )
+from refseq_bench.sim.drives.trigger import ROUNDING, Moved, Trigger
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world

@@ -32,7 +32,7 @@ from refseq_bench.robots.errors import RobotsError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_drive import run_and_sense
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.missions.mission import DrivenMission, run_mission
 from refseq_bench.sim.rendering.renderer import RendererKind

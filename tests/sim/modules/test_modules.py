@@ -13,15 +13,15 @@ from refseq.map.profile import BEST
 from refseq.missions import Errand, Executor, Landmarks, Plan, Wait, compiled, parse_mission, path_along
 from refseq.missions.tasks import Photograph, Task
 from refseq.modules.executor import MissionModule
-from refseq.modules.heads import MessageError
+from refseq.modules.heads import MessageError, Parts
 from refseq.modules.localiser import LocaliserModule
-from refseq.modules.messages import BELIEF, STEPS, Parts, Step, belief_in, head_of
+from refseq.modules.messages import BELIEF, STEPS, Step, belief_in, head_of
 from refseq.modules.process import Role
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_drive import run_and_sense
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.missions.mission import DrivenMission, run_mission
 from refseq_bench.sim.modules.control import ControlModule
 from refseq_bench.sim.modules.robot import RobotModule, RobotSettings

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from refseq.modules.heads import head_bytes
+from refseq.modules.heads import Parts, head_bytes
 from refseq.modules.messages import (
     BELIEF,
     BELIEFS,
@@ -17,7 +17,6 @@ from refseq.modules.messages import (
     VIEWS,
     BeliefHead,
     Command,
-    Parts,
     Step,
     head_of,
     part,
@@ -26,8 +25,8 @@ from refseq.planar import Pose
 from refseq.view import Scan, View
 from refseq_bench.robots import Twist
 from refseq_bench.robots.state import RobotState
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.modules.robot import ANSWER, FAREWELL, FRESH, RobotModule, RobotSettings, latency_line
 from refseq_bench.sim.realtime import RealTimePacer
 from tests.sim.modules.local_link import LocalLink

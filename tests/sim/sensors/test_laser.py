@@ -12,8 +12,9 @@ from refseq.view import Scan
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.sim.errors import SimError
-from refseq_bench.sim.sensors.laser import ABOVE_MAX, LOW_SNR, Laser, LaserModel, RangeMode, Telegram
+from refseq_bench.sim.sensors.laser import Laser, Telegram
 from refseq_bench.sim.sensors.laser_echoes import THRESHOLD, LaserEchoes
+from refseq_bench.sim.sensors.laser_model import ABOVE_MAX, LOW_SNR, LaserModel, RangeMode
 from tests.robots.driving import PREFIX, Driven, add_wall, flat_world
 from tests.sim.carried import BEARINGS, BODY, ROOM, SITE, Carried, room, room_distances, wall_at
 

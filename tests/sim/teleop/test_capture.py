@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from refseq.errors import RefseqError
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.teleop.capture.desk import CaptureDesk, Offer
 from refseq_bench.sim.teleop.capture.setup import CaptureSetup

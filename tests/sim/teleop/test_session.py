@@ -8,9 +8,11 @@ import pytest
 
 from refseq_bench import robots
 from refseq_bench.robots import Cause
-from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
-from refseq_bench.sim.drives.recorder import RecordedView, Trigger
+from refseq_bench.sim.drives.recorder import RecordedView
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.teleop.commands import Button, Commands, CommandSource, SessionPhase, SessionStatus
 from refseq_bench.sim.teleop.script import CommandLog, ScriptSource, parse, printed

@@ -12,20 +12,22 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from refseq.errors import LogError
-from refseq_bench.scenarios.campaign.declare.cases import Case, find, load
-from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import find, load
+from refseq_bench.scenarios.campaign.declare.checks.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.figures import FIGURES
-from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, Images, Log, place_below, read_real
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, place_below, read_real
 from refseq_bench.scenarios.campaign.declare.schema import Scenario
+from refseq_bench.scenarios.campaign.declare.sources import Images, Log
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
-from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.drives.drive import QUERY_SEEDS, Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import CameraBlack
 from refseq_bench.sim.drives.operator import OperatorStyle
-from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.rendering.renderer import RendererKind
-from refseq_bench.sim.sensors.laser import RangeMode
+from refseq_bench.sim.sensors.laser_model import RangeMode
 
 REFERENCE = '[reference]\nworld = "hallway"\nrenderer = "none"\nend = 20.0\n'
 GOOD = (

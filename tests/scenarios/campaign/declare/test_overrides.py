@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.declare.overrides import judged_instead, with_methods, with_renderer, with_seeds
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.rendering.renderer import RendererKind

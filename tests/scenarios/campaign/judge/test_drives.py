@@ -12,8 +12,8 @@ from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdic
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
 from refseq_bench.scenarios.campaign.judge.drives import Judged, judged, tolerances
 from refseq_bench.scenarios.campaign.judge.records import case_record
-from refseq_bench.scenarios.campaign.pages.index import index_row
 from refseq_bench.scenarios.campaign.pages.junit import junit
+from refseq_bench.scenarios.campaign.pages.verdicts import index_row
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, answers_of, perform
 from refseq_bench.scenarios.campaign.store.answers import beliefs_digest

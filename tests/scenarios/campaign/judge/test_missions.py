@@ -7,7 +7,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from refseq_bench.scenarios.campaign.declare.cases import Case, find
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import find
 from refseq_bench.scenarios.campaign.declare.expectations import parse
 from refseq_bench.scenarios.campaign.declare.mission_figures import MISSION_FIGURES
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict

@@ -4,9 +4,10 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.outcomes import VERDICTS, Verdict
-from refseq_bench.scenarios.campaign.pages.index import index_page, verdict_line
+from refseq_bench.scenarios.campaign.pages.index import index_page
 from refseq_bench.scenarios.campaign.pages.sweep_plot import sweep_plot_of
 from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
+from refseq_bench.scenarios.campaign.pages.verdicts import verdict_line
 from refseq_bench.scenarios.campaign.store.result_file import (
     CampaignRecord,
     CaseRecord,

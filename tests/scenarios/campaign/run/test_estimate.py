@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
 from refseq_bench.scenarios.campaign.run.estimate import METRE, rest_of
 from refseq_bench.scenarios.campaign.run.tasks import distinct

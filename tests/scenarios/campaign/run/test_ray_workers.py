@@ -11,7 +11,8 @@ import pytest
 
 from refseq.logs import open_log, plan_views
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.run import remote_payload

@@ -11,12 +11,13 @@ from refseq.map.map import Map
 from refseq.view import LASER, View
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, AbsentError, Log
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, AbsentError
+from refseq_bench.scenarios.campaign.declare.sources import Log
 from refseq_bench.scenarios.campaign.run import answering, tasks
 from refseq_bench.scenarios.campaign.run.learning import kept_maps
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, RecordTask, answers_of, distinct, perform
 from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.plugins import MisbehavedError
 from refseq_bench.scenarios.methods.reference import Reference

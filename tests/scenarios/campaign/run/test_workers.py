@@ -15,7 +15,8 @@ import pytest
 from pebble import ProcessExpired
 
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
+from refseq_bench.scenarios.campaign.declare.sources import Log
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, Processes, broken
 from refseq_bench.scenarios.campaign.store.cache import ANSWERS, Store

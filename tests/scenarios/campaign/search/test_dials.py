@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.search.dials import NAMES, at_point, dials_of, selected_dials
 from refseq_bench.scenarios.errors import ScenarioError
 

@@ -11,15 +11,17 @@ from pathlib import Path
 import pytest
 
 from refseq.features.neural.network import FILE
-from refseq_bench.scenarios.campaign.declare.cases import Case, load
-from refseq_bench.scenarios.campaign.declare.real_recordings import Log
+from refseq_bench.scenarios.campaign.declare.case import Case
+from refseq_bench.scenarios.campaign.declare.cases import load
+from refseq_bench.scenarios.campaign.declare.sources import Log
 from refseq_bench.scenarios.campaign.run import remote_payload
 from refseq_bench.scenarios.campaign.run.answering_code import answering_code, answering_modules
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks, mission_tasks
 from refseq_bench.scenarios.campaign.run.tasks import HANDS
 from refseq_bench.scenarios.campaign.store import keys, views
 from refseq_bench.scenarios.campaign.store.views import recording_key, source_key
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT, Closure, closure_of
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign import traced
@@ -160,6 +162,7 @@ ON_VLAD = {"vlad", "topometric"}
         ("scenarios/methods/baselines/place_filter.py", {"fabmap", "seqslam", "topometric"}),
         ("scenarios/methods/baselines/__init__.py", set(FAMILIES)),
         ("scenarios/methods/by_name.py", set(FAMILIES)),
+        ("scenarios/methods/names.py", set(FAMILIES)),
         ("scenarios/campaign/run/answering.py", set(FAMILIES)),
         ("scenarios/campaign/store/recordings.py", set(FAMILIES)),
     ],

@@ -19,8 +19,9 @@ STAGES = ("uniform", "prior", "chain")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a plan and the map of its laser."""
     from refseq.map.learning import learn
-    from refseq_bench.scenarios.drives.record import Drive, record
-    from refseq_bench.sim.drives.recorder import Trigger
+    from refseq_bench.scenarios.drives.drive import Drive
+    from refseq_bench.scenarios.drives.record import record
+    from refseq_bench.sim.drives.trigger import Trigger
     from refseq_bench.sim.rendering.renderer import RendererKind
 
     home = tmp_path_factory.mktemp("live")
@@ -80,8 +81,8 @@ def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: 
     from refseq.map.map import Map
     from refseq.viewer.belief_log import LocaliserLayer
     from refseq.viewer.places import Places
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.drives.live import LiveTab, scene_ahead
-    from refseq_bench.scenarios.drives.record import Drive
     from refseq_bench.sim.rendering.renderer import RendererKind
 
     assert refseq(*LIVE, "--distance", "0.5", "--rrd", "live.rrd").code == 0
@@ -92,8 +93,8 @@ def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: 
 
 def test_the_plan_ahead_holds_a_route_of_the_drive_s_own() -> None:
     from refseq.viewer.places import Places
+    from refseq_bench.scenarios.drives.drive import Drive
     from refseq_bench.scenarios.drives.live import scene_ahead
-    from refseq_bench.scenarios.drives.record import Drive
 
     drive = Drive(sensors=("laser",), waypoints=((70.0, 80.0), (75.0, 80.0)))
     own, usual = (scene_ahead(one, Places(())).extent for one in (drive, Drive(sensors=("laser",))))

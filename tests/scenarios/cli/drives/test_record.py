@@ -10,11 +10,12 @@ import pytest
 from refseq.logs import read_recording
 from refseq.map.learning import learn
 from refseq_bench.robots import Twist
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.drives.teleop import TeleopDrive, record_by_hand
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.trigger import Trigger
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.teleop.commands import Button, Commands, SessionStatus
 from tests.scenarios.conftest import Refseq

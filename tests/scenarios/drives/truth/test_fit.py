@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from refseq.logs import RecordingWriter
 from refseq.planar import Pose, after_motion
 from refseq.view import Scan, View
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log, read_real
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, read_real
+from refseq_bench.scenarios.campaign.declare.sources import Log
 from refseq_bench.scenarios.drives.truth.fit import DOUBTED, REFUSED, fit_of, truth_doubt, truth_fit
 from refseq_bench.scenarios.errors import ScenarioError
 from tests.scenarios.conftest import Refseq

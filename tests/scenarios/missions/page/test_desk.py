@@ -18,7 +18,8 @@ from refseq.missions import Status
 from refseq.planar import Pose
 from refseq.view import Scan, View
 from refseq_bench import worlds
-from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.drives.drive import Drive
+from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.missions.page.desk import MissionDesk
 from refseq_bench.scenarios.missions.page.maps import MapShelf, drawn_map, place_points

@@ -14,7 +14,7 @@ from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.envs.episodes import localising
 from refseq_bench.sim.envs.tasks.task import Looking
 from refseq_bench.sim.rendering.renderer import RendererKind
-from refseq_bench.sim.sensors.laser import LaserModel
+from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan

@@ -11,7 +11,8 @@ from refseq_bench.scenarios.campaign.declare.assignment import LAMP, LEADERS, Ta
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable, MissionScenario, MissionTable
 from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import check_methods, is_hindsight
+from refseq_bench.scenarios.methods.checks import check_methods
+from refseq_bench.scenarios.methods.names import is_hindsight
 from refseq_bench.scenarios.missions.file import Asked, asked_for, located
 from refseq_bench.scenarios.missions.lamp import read_program
 

@@ -1,7 +1,6 @@
 """Check that a drive can be driven, before anything is simulated."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -11,8 +10,9 @@ from refseq.view import LASER
 from refseq_bench import robots
 from refseq_bench.robots import Robot
 from refseq_bench.robots.behaviours.written import parse_behaviour
-from refseq_bench.scenarios.drives.record import Drive, check_sensors, driven, name_of_route, plan_of
-from refseq_bench.scenarios.errors import ScenarioError, input_errors
+from refseq_bench.scenarios.drives.drive import Drive, check_sensors, name_of_route
+from refseq_bench.scenarios.drives.route import driven, plan_of
+from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import CameraBlack, check_driven, check_fault
 from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.drives.operator import Operator
@@ -20,15 +20,6 @@ from refseq_bench.sim.drives.signal_faults import SignalFault
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import written_ns
-
-
-@contextmanager
-def named(table: str) -> Iterator[None]:
-    """Name the table in which something is wrong."""
-    try:
-        yield
-    except input_errors() as error:
-        raise ScenarioError(f"{table}: {error}") from error
 
 
 def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
