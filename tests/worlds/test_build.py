@@ -65,6 +65,39 @@ def test_something_does_stand_in_the_hallway(hallway: World) -> None:
     assert any(n.startswith("cabinet") for n in touched(hallway.spec, (50, 0, 0.51), (48, 1.15, 0.5)))
 
 
+BLOCK = "".join(
+    f'[[wall]]\nname = "{name}"\nstart = {a}\nend = {b}\ninside = "right"\nmaterial = "plaster"\n'
+    for name, a, b in (
+        ("south", [3, -0.4], [5, -0.4]),
+        ("east", [5, -0.4], [5, 0.4]),
+        ("north", [5, 0.4], [3, 0.4]),
+        ("west", [3, 0.4], [3, -0.4]),
+    )
+)
+"""Four walls in the middle of the short corridor that are seen from around them."""
+
+
+def door_at(wall: str, at: float, width: float = 1.0) -> str:
+    return f'[[door]]\nname = "d{at}"\nwall = "{wall}"\nat = {at}\nwidth = {width}\nmaterial = "plaster"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "pieces"),
+    [
+        (SMALL.format(top="", end=door_at("left", 2.0) + door_at("left", 3.0)), {"left": 4}),
+        (SMALL.format(top="", end=door_at("left", 1.3) + door_at("left", 2.3)), {"left": 4}),
+        (corner() + door_at("inner-1", 3.5) + door_at("inner-2", 0.5), {"inner-1": 2, "inner-2": 2}),
+        (SMALL.format(top="", end=BLOCK + door_at("south", 1.0, 2.0)), {"south": 1}),
+    ],
+)
+def test_where_openings_touch_or_end_at_a_corner_there_is_no_piece_of_wall(text: str, pieces: dict[str, int]) -> None:
+    spec = build_world(parse_plan(text), light_named("18:00"), pictured=False).spec
+    assert spec.compile().ngeom > 4
+    for wall, count in pieces.items():
+        found = {g.name for g in spec.geoms if g.name.startswith(f"wall:{wall}:")} - {f"wall:{wall}:skirting"}
+        assert found == {f"wall:{wall}:{i}" for i in range(count)}
+
+
 @pytest.mark.parametrize(("angle", "reach"), [(0, 1.28), (80, 3.85), (100, 3.85)])
 def test_a_beam_at_a_door_ends_on_its_leaf_or_in_the_room_behind(
     small: Callable[..., str], angle: float, reach: float
