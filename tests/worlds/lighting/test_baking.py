@@ -15,7 +15,7 @@ from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.lighting.occluders import Occluders
 from refseq_bench.worlds.meter import Meter
 from refseq_bench.worlds.plans.load import load_plan, parse_plan
-from tests.worlds.conftest import SMALL
+from tests.worlds.conftest import SMALL, box
 
 ROOM = SMALL.format(
     top='window = [{ name = "w", wall = "right", at = 4 }]',
@@ -24,6 +24,7 @@ ROOM = SMALL.format(
         for name, x, inside in (("start", 0, "right"), ("end", 8, "left"))
     ),
 )
+LAMP = '[[lamp]]\nname = "l"\nfirst = [3, 0]\nstep = [1, 0]\ncount = 1\nsize = [0.2, 0.2]\nlumen = 1000'
 UNIT = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
 
 
@@ -55,6 +56,18 @@ def test_an_empty_room_has_the_meters_light(light: str, off: float) -> None:
     deviation = found / wanted - 1.0
     assert abs(np.mean(deviation)) < off
     assert np.std(deviation) < 0.15
+
+
+def test_between_bright_walls_reflections_are_followed_until_they_stand() -> None:
+    """Walls that throw back 0.9 of the light: eight reflections hold 1 - 0.9⁹ = 0.61 of it.
+
+    The meter knows nothing of the dark skirtings, which take in some of it.
+    """
+    text, light = box(6, 5, 0.9, LAMP), "23:00,lamps=on"
+    places = np.repeat([[1, 1, 1.0], [3, -1, 1.0], [5, 0, 1.5]], 6, axis=0)
+    cards = Cards(places, np.tile(np.concatenate([np.eye(3), -np.eye(3)]), (3, 1)))
+    wanted = Meter(parse_plan(text), light_named(light)).for_camera(cards)
+    assert baked_on(text, light, cards).mean() == pytest.approx(wanted.mean(), rel=0.15)
 
 
 def test_open_ground_gets_the_skys_light() -> None:
