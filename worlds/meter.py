@@ -2,7 +2,8 @@
 
 Indoors it gathers what the card sees: the sun where its beam falls, windows and lamps as luminous rectangles, all else
 by ``refseq_bench.worlds.lighting.radiosity``. In the open there are the sun, half a sphere of sky, half a sphere of
-ground, and street lamps. Only walls cast shadows.
+ground, and street lamps. Only walls cast shadows: indoors from all light, in the open from the sun alone; street lamps
+shine through them there, where baked pictures shade their light.
 """
 
 from dataclasses import dataclass

@@ -13,9 +13,10 @@ from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.lighting.baking import Baked, Shell, about, bake, hemisphere, sunny_patches, world_light
 from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.lighting.occluders import Occluders
+from refseq_bench.worlds.lighting.photometry import photometry
 from refseq_bench.worlds.meter import Meter
 from refseq_bench.worlds.plans.load import load_plan, parse_plan
-from tests.worlds.conftest import SMALL, box
+from tests.worlds.conftest import SMALL, box, in_the_open
 
 ROOM = SMALL.format(
     top='window = [{ name = "w", wall = "right", at = 4 }]',
@@ -25,6 +26,7 @@ ROOM = SMALL.format(
     ),
 )
 LAMP = '[[lamp]]\nname = "l"\nfirst = [3, 0]\nstep = [1, 0]\ncount = 1\nsize = [0.2, 0.2]\nlumen = 1000'
+UP = np.array([0.0, 0.0, 1.0])
 UNIT = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
 
 
@@ -83,6 +85,19 @@ def test_open_ground_gets_the_skys_light() -> None:
     card = Cards(np.array([[0, 0, 1.0]]), np.array([[0, 0, 1.0]]))
     around = bake(world_light(plan, world.photometry), shell, card).around
     assert around[0] == pytest.approx(world.photometry.outdoors.sky, rel=1e-6)
+
+
+def test_behind_a_wall_a_street_lamp_gives_no_light() -> None:
+    plan = parse_plan(in_the_open('[[post]]\nname = "p"\nat = [0, 0]'))
+    light = world_light(plan, photometry(plan, light_named("23:00")))
+    wall = ((UNIT - [0.5, 0, 0]) * [8, 3, 1])[..., [0, 2, 1]] + [0, 1.5, 0]  # x from -4 to 4, 3 m high, at y = 1.5
+    triangles = np.concatenate([wall, UNIT - [0, 0, 1]])
+    corners = Cards(triangles.reshape(-1, 3), np.tile(UP, (12, 1)))
+    black = Shell(triangles, np.zeros(4), corners, np.arange(12).reshape(4, 3))
+    cards = Cards(np.array([[0.2, -2.5, 0.1], [0.2, 2.5, 0.1]]), np.tile(UP, (2, 1)))
+    before, behind = bake(light, black, cards).around
+    assert before == pytest.approx(Meter(plan, light_named("23:00")).for_camera(cards)[0], rel=0.01)
+    assert behind < 0.1  # the night sky's
 
 
 def test_rays_leave_by_the_cosine_and_turn_with_the_normal() -> None:
