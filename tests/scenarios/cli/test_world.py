@@ -93,7 +93,9 @@ def test_show_tells_how_much_of_the_walls_is_window(worlds: Worlds, tmp_path: Pa
         for i, (at, width, sill) in enumerate([(2, 1.2, 0.2), (2, 1.2, 1.2), (5, 1, 1)])
     )
     (tmp_path / "glazed.toml").write_text(SMALL.format(top="", end=windows))
-    assert re.search(r"^windows +28 % of the length of the walls that have any *$", worlds("show glazed.toml").out, re.M)
+    assert re.search(
+        r"^windows +28 % of the length of the walls that have any *$", worlds("show glazed.toml").out, re.M
+    )
     assert "windows  " not in worlds("show small.toml").out
 
 

@@ -27,5 +27,5 @@ def test_meshes_with_and_without_normals_are_not_put_together() -> None:
     assert both.triangles.max() == 7
     assert joined([bare, bare]).normals is None
     for parts in ([bare, smooth], [smooth, bare]):
-        with pytest.raises(ValueError, match="^1 of 2 meshes have normals; valid is all of them, or none$"):
+        with pytest.raises(ValueError, match=r"^1 of 2 meshes have normals; valid is all of them, or none$"):
             joined(parts)
