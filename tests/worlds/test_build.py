@@ -8,7 +8,8 @@ from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.errors import WorldsError
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
-from refseq_bench.worlds.plans.frame import quaternion
+from refseq_bench.worlds.plans.frame import LocalFrame, quaternion
+from refseq_bench.worlds.plans.furnish import PLATE
 from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL, corner, in_the_open
 
@@ -146,6 +147,25 @@ def test_solid_things_tell_the_laser_their_remission(hallway: World, hallway_mod
     found = {name: model.geom(name).user[0] for name in ("wall:left:0", "door:d01:leaf", "cabinet:c01")}
     wanted = {"wall:left:0": "plaster", "door:d01:leaf": "door", "cabinet:c01": "metal"}
     assert found == {name: materials[material].echo for name, material in wanted.items()}
+
+
+def test_a_black_wall_tells_some_remission_so_that_none_told_is_another_thing(small: Callable[..., str]) -> None:
+    text = small().replace("plaster = { albedo = 0.7", "plaster = { albedo = 0.0")
+    model = build_world(parse_plan(text), light_named("18:00"), pictured=False).spec.compile()
+    assert 0.0 < model.geom("wall:left:0").user[0] <= 1e-6
+    assert model.geom("floor").user[0] == 0.0
+
+
+def test_a_number_plate_hangs_on_the_wall_beside_its_door(hallway: World) -> None:
+    plan = hallway.plan
+    labelled = [door for door in plan.door if door.label]
+    assert labelled
+    for door in labelled:
+        frame, plate = LocalFrame.of(plan.wall_named(door.wall)), hallway.spec.geom(f"door:{door.name}:plate")
+        along, out = np.array([frame.along, frame.inward]) @ (plate.pos[:2] - frame.origin)
+        assert door.extent[1] < along - plate.size[0]
+        assert along + plate.size[0] < door.extent[1] + PLATE
+        assert 0.0 < out < 0.01
 
 
 def test_memory_stays_modest(hallway_model: mujoco.MjModel) -> None:

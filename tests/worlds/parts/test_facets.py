@@ -1,9 +1,11 @@
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
-from refseq_bench.worlds.parts.facets import joined, quad
+from refseq_bench.worlds.parts.facets import joined, quad, show
+from refseq_bench.worlds.parts.site import Site
 
 SLANTED = np.array([[0, 1, 0], [1, 1, 0], [1, 2, 1], [0, 2, 1]], float)
 SKY = np.array([0.6, -0.64, 0.48])
@@ -29,3 +31,16 @@ def test_meshes_with_and_without_normals_are_not_put_together() -> None:
     for parts in ([bare, smooth], [smooth, bare]):
         with pytest.raises(ValueError, match=r"^1 of 2 meshes have normals; valid is all of them, or none$"):
             joined(parts)
+
+
+def test_a_picture_stands_upright_on_its_mesh() -> None:
+    """Its lower edge, at which MuJoCo counts 1, is at the lower corners: at z = 0."""
+    site = Site("one", seed=0)
+    show(site, "facet", quad(SLANTED), "", cast=False)
+    model = site.spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    places = model.mesh_vert @ data.geom("facet").xmat.reshape(3, 3).T + data.geom("facet").xpos
+    up, on_picture = places[model.mesh_face.ravel(), 2], model.mesh_texcoord[model.mesh_facetexcoord.ravel(), 1]
+    assert np.ptp(up) == pytest.approx(1.0)
+    np.testing.assert_allclose(on_picture, 1.0 - up, atol=1e-6)
