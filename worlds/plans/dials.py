@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.options import once
 from refseq_bench.worlds.plans.furnish import LEFT, Character
 
 
@@ -70,15 +71,12 @@ AS_DRAWN = Dials()
 
 def parse_dials(text: str, world: str) -> Dials:
     """Read ``texture=0.1,width=2``; raises ``PlanError`` for a dial that ``world`` has not or that is out of range."""
-    found: dict[str, float] = {}
-    for word in text.split(","):
-        name, _, value = word.partition("=")
+    words = [word.partition("=") for word in text.split(",")]
+    for name, _, _ in words:
         if name not in RANGES:
             raise PlanError(f"world '{world}': unknown dial '{name}'; valid are {', '.join(RANGES)}")
-        if name in found:
-            raise PlanError(f"world '{world}': {name} is given twice; valid is once")
-        found[name] = _number(name, value, world)
-    return Dials(**found)
+    given = once([(name, value) for name, _, value in words], f"world '{world}'", PlanError)
+    return Dials(**{name: _number(name, value, world) for name, value in given.items()})
 
 
 def _number(name: str, text: str, world: str) -> float:
