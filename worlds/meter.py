@@ -115,7 +115,7 @@ class _OpenAir:
     def __init__(self, plan: FloorPlan, numbers: Photometry) -> None:
         self._plan, self._outdoors = plan, numbers.outdoors
         self._above, self._below = np.pi * np.array(outlook(plan, numbers.outdoors))
-        self._posts = [post for post in plan.post if post.name in numbers.lit_posts]
+        self._posts = numbers.lit_posts
 
     def sun(self, cards: Cards) -> Floats:
         beam = sun_direction(self._outdoors, self._plan.place.x_azimuth)

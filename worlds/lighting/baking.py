@@ -85,7 +85,7 @@ def world_light(plan: FloorPlan, numbers: Photometry) -> WorldLight:
     indoors, outdoors = plan.ceiling is not None, numbers.outdoors
     return WorldLight(
         interior=sources(plan, numbers) if indoors else None,
-        posts=() if indoors else tuple(post for post in plan.post if post.name in numbers.lit_posts),
+        posts=() if indoors else numbers.lit_posts,
         outlook=outlook(plan, outdoors),
         sun=transmission(plan) * outdoors.direct,
         towards_sun=-sun_direction(outdoors, plan.place.x_azimuth),
