@@ -2,7 +2,8 @@
 
 Indoors it gathers what the card sees: the sun where its beam falls, windows and lamps as luminous rectangles, all else
 by ``refseq_bench.worlds.lighting.radiosity``. In the open there are the sun, half a sphere of sky, half a sphere of
-ground, and street lamps. Only walls cast shadows.
+ground, and street lamps. Only walls cast shadows: indoors from all light, in the open from the sun alone; street lamps
+shine through them there, where baked pictures shade their light.
 """
 
 from dataclasses import dataclass
@@ -114,7 +115,7 @@ class _OpenAir:
     def __init__(self, plan: FloorPlan, numbers: Photometry) -> None:
         self._plan, self._outdoors = plan, numbers.outdoors
         self._above, self._below = np.pi * np.array(outlook(plan, numbers.outdoors))
-        self._posts = [post for post in plan.post if post.name in numbers.lit_posts]
+        self._posts = numbers.lit_posts
 
     def sun(self, cards: Cards) -> Floats:
         beam = sun_direction(self._outdoors, self._plan.place.x_azimuth)

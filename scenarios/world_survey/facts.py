@@ -46,6 +46,8 @@ def _about(plan: FloorPlan) -> Iterator[tuple[str, str]]:
     yield "floor", f"{floor.pattern} of {floor.tile:g} m, albedo {plan.material[floor.material].albedo:g}"
     yield "ceiling", _ceiling_text(plan)
     yield "walls", f"{len(plan.wall)}, {sum(wall.length for wall in plan.wall):.0f} m in all"
+    if plan.window:
+        yield "windows", f"{_glazed_share(plan):.0%} of the length of the walls that have any".replace("%", " %")
     yield "things", _things_text(plan)
     lamps: tuple[LampRow | Post, ...] = (*plan.lamp, *plan.post)
     for lamp in lamps:
@@ -63,6 +65,13 @@ def _ceiling_text(plan: FloorPlan) -> str:
     if plan.ceiling is None:
         return "none: in the open air"
     return f"{plan.ceiling.height:g} m high, albedo {plan.material[plan.ceiling.material].albedo:g}"
+
+
+def _glazed_share(plan: FloorPlan) -> float:
+    """Share of the length of those walls with windows that is window; windows above each other count once."""
+    walls = {window.wall for window in plan.window}
+    spans = {(window.wall, *window.extent) for window in plan.window}
+    return sum(last - first for _, first, last in spans) / sum(plan.wall_named(name).length for name in walls)
 
 
 def _things_text(plan: FloorPlan) -> str:

@@ -8,7 +8,8 @@ from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.errors import WorldsError
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
-from refseq_bench.worlds.plans.frame import quaternion
+from refseq_bench.worlds.plans.frame import LocalFrame, quaternion
+from refseq_bench.worlds.plans.furnish import PLATE
 from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL, corner, in_the_open
 
@@ -65,6 +66,39 @@ def test_something_does_stand_in_the_hallway(hallway: World) -> None:
     assert any(n.startswith("cabinet") for n in touched(hallway.spec, (50, 0, 0.51), (48, 1.15, 0.5)))
 
 
+BLOCK = "".join(
+    f'[[wall]]\nname = "{name}"\nstart = {a}\nend = {b}\ninside = "right"\nmaterial = "plaster"\n'
+    for name, a, b in (
+        ("south", [3, -0.4], [5, -0.4]),
+        ("east", [5, -0.4], [5, 0.4]),
+        ("north", [5, 0.4], [3, 0.4]),
+        ("west", [3, 0.4], [3, -0.4]),
+    )
+)
+"""Four walls in the middle of the short corridor that are seen from around them."""
+
+
+def door_at(wall: str, at: float, width: float = 1.0) -> str:
+    return f'[[door]]\nname = "d{at}"\nwall = "{wall}"\nat = {at}\nwidth = {width}\nmaterial = "plaster"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "pieces"),
+    [
+        (SMALL.format(top="", end=door_at("left", 2.0) + door_at("left", 3.0)), {"left": 4}),
+        (SMALL.format(top="", end=door_at("left", 1.3) + door_at("left", 2.3)), {"left": 4}),
+        (corner() + door_at("inner-1", 3.5) + door_at("inner-2", 0.5), {"inner-1": 2, "inner-2": 2}),
+        (SMALL.format(top="", end=BLOCK + door_at("south", 1.0, 2.0)), {"south": 1}),
+    ],
+)
+def test_where_openings_touch_or_end_at_a_corner_there_is_no_piece_of_wall(text: str, pieces: dict[str, int]) -> None:
+    spec = build_world(parse_plan(text), light_named("18:00"), pictured=False).spec
+    assert spec.compile().ngeom > 4
+    for wall, count in pieces.items():
+        found = {g.name for g in spec.geoms if g.name.startswith(f"wall:{wall}:")} - {f"wall:{wall}:skirting"}
+        assert found == {f"wall:{wall}:{i}" for i in range(count)}
+
+
 @pytest.mark.parametrize(("angle", "reach"), [(0, 1.28), (80, 3.85), (100, 3.85)])
 def test_a_beam_at_a_door_ends_on_its_leaf_or_in_the_room_behind(
     small: Callable[..., str], angle: float, reach: float
@@ -113,6 +147,25 @@ def test_solid_things_tell_the_laser_their_remission(hallway: World, hallway_mod
     found = {name: model.geom(name).user[0] for name in ("wall:left:0", "door:d01:leaf", "cabinet:c01")}
     wanted = {"wall:left:0": "plaster", "door:d01:leaf": "door", "cabinet:c01": "metal"}
     assert found == {name: materials[material].echo for name, material in wanted.items()}
+
+
+def test_a_black_wall_tells_some_remission_so_that_none_told_is_another_thing(small: Callable[..., str]) -> None:
+    text = small().replace("plaster = { albedo = 0.7", "plaster = { albedo = 0.0")
+    model = build_world(parse_plan(text), light_named("18:00"), pictured=False).spec.compile()
+    assert 0.0 < model.geom("wall:left:0").user[0] <= 1e-6
+    assert model.geom("floor").user[0] == 0.0
+
+
+def test_a_number_plate_hangs_on_the_wall_beside_its_door(hallway: World) -> None:
+    plan = hallway.plan
+    labelled = [door for door in plan.door if door.label]
+    assert labelled
+    for door in labelled:
+        frame, plate = LocalFrame.of(plan.wall_named(door.wall)), hallway.spec.geom(f"door:{door.name}:plate")
+        along, out = np.array([frame.along, frame.inward]) @ (plate.pos[:2] - frame.origin)
+        assert door.extent[1] < along - plate.size[0]
+        assert along + plate.size[0] < door.extent[1] + PLATE
+        assert 0.0 < out < 0.01
 
 
 def test_memory_stays_modest(hallway_model: mujoco.MjModel) -> None:

@@ -13,17 +13,13 @@ OPENING = 0.06
 """Distance by which the line of a door or window stands back from the wall's face [m]: to be told from the wall."""
 
 
-AROUND = [0, 1, 3, 2, 0]
-"""Corners of a footprint in the order of a walk around it; they come as those of a grid."""
-
-
 def outline_of(plan: FloorPlan) -> list[Floats]:
     """Polylines (m, 2) [m]: faces of the walls with doors and windows set back, and around what stands on the floor.
 
     Where a door is open there is a gap, and its leaf as it stands.
     """
     things: tuple[Cabinet | Standing, ...] = (*plan.cabinet, *plan.furniture, *plan.stairs, *plan.car)
-    grounds = [corners(shape)[AROUND] for thing in things for shape in footprints(plan, thing)]
+    grounds = [corners(shape)[[0, 1, 2, 3, 0]] for thing in things for shape in footprints(plan, thing)]
     return [*(line for wall in plan.wall for line in _wall(plan, wall)), *grounds]
 
 

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.drawing.style import FILLS, INK, PURPLE, SKY, Style, arrow, box, disc, fill, label, line
 from refseq_bench.worlds.plans.areas import enclosing, rectangles
-from refseq_bench.worlds.plans.footprints import Footprint, footprints
-from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.footprints import Footprint, corners, footprints
+from refseq_bench.worlds.plans.frame import LocalFrame, left_of
 from refseq_bench.worlds.plans.schema import Door, Fixture, FloorPlan, LampRow, Person, Stairs, Tree, Wall, Window
 
 SHEET_DEPTH, BOARD_DEPTH, LEAST_DEPTH = 0.12, 0.2, 0.1
@@ -48,8 +48,7 @@ def _ground_lines(axes: Axes, plan: FloorPlan) -> None:
     for table in ("marking", "kerb"):
         for item in getattr(plan, table):
             for a, b in pairwise(np.array(item.points)):
-                along = (b - a) / np.linalg.norm(b - a)
-                aside = np.array([-along[1], along[0]]) * item.width / 2
+                aside = left_of((b - a) / np.linalg.norm(b - a)) * item.width / 2
                 style = {
                     **FILLS[table],
                     "facecolor": str(0.6 + 0.4 * plan.material[item.material].albedo),
@@ -84,7 +83,7 @@ def _footprint(axes: Axes, shape: Footprint, name: str, style: Style) -> None:
     if not shape.length:
         disc(axes, (shape.x, shape.y), shape.radius, name, **style)
         return
-    fill(axes, _local(shape, [(-1, -1), (1, -1), (1, 1), (-1, 1)]), name, **style)
+    fill(axes, corners(shape), name, **style)
 
 
 def _local(shape: Footprint, points: ArrayLike) -> Floats:
@@ -96,13 +95,11 @@ def _local(shape: Footprint, points: ArrayLike) -> Floats:
 
 def _treads(axes: Axes, flight: Stairs) -> None:
     """A line for each step, and an arrow that points up."""
-    along = np.array([np.cos(np.radians(flight.heading)), np.sin(np.radians(flight.heading))])
-    aside = np.array([-along[1], along[0]]) * flight.width / 2
+    frame, half = LocalFrame.under(flight), flight.width / 2
     for k in range(1, flight.steps):
-        edge = np.array(flight.at) + k * flight.run * along
-        line(axes, [edge - aside, edge + aside], linewidth=0.3)
-    foot = np.array(flight.at) + 0.3 * flight.run * along
-    arrow(axes, foot + (flight.steps - 0.6) * flight.run * along, foot, zorder=4.5)
+        line(axes, [frame.point(k * flight.run, out, 0.0)[:2] for out in (-half, half)], linewidth=0.3)
+    top, foot = (frame.point(k * flight.run, 0.0, 0.0)[:2] for k in (flight.steps - 0.3, 0.3))
+    arrow(axes, top, foot, zorder=4.5)
 
 
 def _windscreen(axes: Axes, shape: Footprint) -> None:

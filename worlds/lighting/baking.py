@@ -18,12 +18,13 @@ from refseq_bench.worlds.lighting.form_factors import SIGHT, Cards, Quads, confi
 from refseq_bench.worlds.lighting.occluders import AWAY, Occluders
 from refseq_bench.worlds.lighting.open_air import head_of, post_illuminance
 from refseq_bench.worlds.lighting.photometry import Photometry, Sources, outlook, sources, transmission
+from refseq_bench.worlds.lighting.reflections import MOST, settled
 from refseq_bench.worlds.plans.schema import FloorPlan, Post
 
 RAYS = 64
 """Rays that a card sends out; a choice: the same ones from all, so that neighbours err alike."""
-REFLECTIONS = 8
-"""Reflections of light that are followed: after so many, 0.5^8 of it is left between walls of albedo 0.5."""
+FEWEST = 8
+"""Fewest reflections of light that are followed, however little they add."""
 SPARSE = 2
 """Every so many of its rays tell whether a card lies inside something."""
 LIFT = 0.05
@@ -84,7 +85,7 @@ def world_light(plan: FloorPlan, numbers: Photometry) -> WorldLight:
     indoors, outdoors = plan.ceiling is not None, numbers.outdoors
     return WorldLight(
         interior=sources(plan, numbers) if indoors else None,
-        posts=() if indoors else tuple(post for post in plan.post if post.name in numbers.lit_posts),
+        posts=() if indoors else numbers.lit_posts,
         outlook=outlook(plan, outdoors),
         sun=transmission(plan) * outdoors.direct,
         towards_sun=-sun_direction(outdoors, plan.place.x_azimuth),
@@ -106,10 +107,13 @@ def bake(light: WorldLight, shell: Shell, others: Cards) -> Baked:
     clear = ~inside[shell.corners]
     weights = clear / np.maximum(1, clear.sum(axis=1, keepdims=True))
     total = direct
-    for _ in range(REFLECTIONS):
+    for round_ in range(1, MOST + 1):
+        before = total
         on_it = (total[shell.corners] * weights).sum(axis=1)
         exitance = np.append(shell.albedo * on_it + sun, 0.0)  # of what is not met: nothing
         total = direct + exitance[seen].mean(axis=1)
+        if round_ >= FEWEST and settled(before, total):
+            break
     return Baked(total[:own], inside[:own], total[own:])
 
 

@@ -79,7 +79,7 @@ def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     for row in plan.lamp:
         width, depth = row.size
         material = f"lamp:{row.name}"
-        if row.name in numbers.lit_rows:
+        if row in numbers.lit_rows:
             site.glowing(material, camera_weight(row.kelvin) * row.lumen / (np.pi * width * depth))
         else:
             site.plain(material, Material(albedo=0.75, roughness=0.6))

@@ -141,7 +141,7 @@ def post_illuminance(post: Post, cards: Cards) -> Floats:
 def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     length, width, _ = HEAD
     for post in plan.post:
-        name, on = f"post:{post.name}:lamp", post.name in numbers.lit_posts
+        name, on = f"post:{post.name}:lamp", post in numbers.lit_posts
         candela = camera_weight(post.kelvin) * axial(post)
         below = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height - 0.02, post.height))
         glass = site.glowing(name, candela / (length * width)) if on else FRAME

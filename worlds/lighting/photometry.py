@@ -41,21 +41,19 @@ NIGHT_PEAK = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Photometry:
-    """The light that a plan gets: daylight ``outdoors``, and the names of rows of lamps and of posts that burn."""
+    """The light that a plan gets: daylight ``outdoors``, and the rows of lamps and the posts that burn."""
 
     outdoors: Daylight
-    lit_rows: tuple[str, ...]
-    lit_posts: tuple[str, ...]
+    lit_rows: tuple[LampRow, ...]
+    lit_posts: tuple[Post, ...]
 
 
 def photometry(plan: FloorPlan, setting: LightSetting) -> Photometry:
     """Look up the sky and the switches for ``plan`` under ``setting``."""
     outdoors = daylight(plan.place, setting.date or plan.place.date, setting.hour, setting.cloud)
-
-    def lit(lights: tuple[LampRow | Post, ...]) -> tuple[str, ...]:
-        return tuple(one.name for one in lights if burns(one, setting, outdoors))
-
-    return Photometry(outdoors, lit(plan.lamp), lit(plan.post))
+    rows = tuple(row for row in plan.lamp if burns(row, setting, outdoors))
+    posts = tuple(post for post in plan.post if burns(post, setting, outdoors))
+    return Photometry(outdoors, rows, posts)
 
 
 def burns(row: LampRow | Post, setting: LightSetting, outdoors: Daylight) -> bool:
@@ -112,7 +110,7 @@ class Sources:
 
 def sources(plan: FloorPlan, numbers: Photometry) -> Sources:
     """Return the windows and the burning lamps of a plan with a ceiling."""
-    lit = [row for row in plan.lamp if row.name in numbers.lit_rows]
+    lit = numbers.lit_rows
     shares = np.array([(1.0 - FRAME_SHARE) * GLAZING[w.glazing] for w in plan.window])
     above, below = outlook(plan, numbers.outdoors)
     return Sources(
@@ -168,7 +166,7 @@ class Spot:
 def spots(plan: FloorPlan, numbers: Photometry) -> tuple[Spot, ...]:
     """Return the spot lights that stand for the windows and the burning lamps."""
     found = [_window_spot(plan, window, numbers.outdoors) for window in plan.window]
-    for row in (row for row in plan.lamp if row.name in numbers.lit_rows):
+    for row in numbers.lit_rows:
         candela = camera_weight(row.kelvin) * row.lumen / (np.pi * LOBE)
         height = plan.roof.height - LAMP_DEPTH
         found += [

@@ -14,6 +14,7 @@ from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.lighting.daylight import Daylight, sun_direction
 from refseq_bench.worlds.lighting.form_factors import Cards, Quads, form_factors, pairs_in_sight, window_factor
 from refseq_bench.worlds.lighting.photometry import FRAME_SHARE, Photometry, Sources, frame_face, sources
+from refseq_bench.worlds.lighting.reflections import MOST, settled
 from refseq_bench.worlds.lighting.sunlight import sunlit
 from refseq_bench.worlds.plans.areas import enclosing, rectangles
 from refseq_bench.worlds.plans.frame import LocalFrame
@@ -27,9 +28,6 @@ SUN_SAMPLES = 4
 """Places along each side of a patch at which it is asked whether the sun falls there."""
 SCALINGS = 20
 """Rounds of scaling the form factors; the sums are then right to 1e-6 and better."""
-SETTLED, REFLECTIONS = 1e-5, 1000
-"""The solution stands when no patch changes by more than this share of the brightest one's light, or after so many
-reflections: only walls that take in nothing come so far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,8 +200,8 @@ def solve(albedo: Floats, direct: Floats, between: csr_array) -> Floats:
     """Return B = ρ (E + F B), (n, k), for E (n, k), reflection by reflection until it stands."""
     rho = albedo[:, None]
     exitance = rho * direct
-    for _ in range(REFLECTIONS):
+    for _ in range(MOST):
         before, exitance = exitance, rho * (direct + between @ exitance)
-        if np.abs(exitance - before).max(initial=0.0) <= SETTLED * exitance.max(initial=0.0):
+        if settled(before, exitance):
             break
     return exitance

@@ -25,18 +25,23 @@ class Facets:
 
     def mirrored(self) -> "Facets":
         """Return their mirror image across the xz plane, facing outwards again."""
-        return Facets(self.points * [1.0, -1.0, 1.0], self.uv, self.triangles[:, ::-1])
+        across = np.array([1.0, -1.0, 1.0])
+        normals = None if self.normals is None else self.normals * across
+        return Facets(self.points * across, self.uv, self.triangles[:, ::-1], normals)
 
 
 def joined(parts: Iterable[Facets]) -> Facets:
-    """Return several meshes as one; all of them have normals, or none."""
+    """Return several meshes as one. Raises ``ValueError`` where some have normals and others none."""
     parts = list(parts)
+    normals = [p.normals for p in parts if p.normals is not None]
+    if len(normals) not in (0, len(parts)):
+        raise ValueError(f"{len(normals)} of {len(parts)} meshes have normals; valid is all of them, or none")
     starts = np.cumsum([0, *(len(p.points) for p in parts)])
     return Facets(
         np.concatenate([p.points for p in parts]),
         np.concatenate([p.uv for p in parts]),
         np.concatenate([p.triangles + s for p, s in zip(parts, starts[:-1], strict=True)]),
-        None if parts[0].normals is None else np.concatenate([p.normals for p in parts]),
+        np.concatenate(normals) if normals else None,
     )
 
 

@@ -20,6 +20,8 @@ PROUD = 0.004
 """Distance by which a picture stands in front of what is behind it [m]: enough for the depth buffer at 100 m."""
 SLAB = 0.3
 """Thickness of the ceiling [m]; sunlight must not find a way in."""
+LEAST = 1e-9
+"""Least width and height of a piece of wall [m]: where two openings touch there is none between them."""
 OVERHANG = 0.5
 """Length that the ceiling goes on past the walls' inner faces [m]."""
 PLASTER_SIZE = (4.0, 2.8)
@@ -102,12 +104,14 @@ def _wall(site: Site, plan: FloorPlan, wall: Wall) -> None:
     frame = LocalFrame.of(wall)
     openings = plan.openings_in(wall)
     skirting: list[Block] = []
-    for i, (s, z) in enumerate(_pieces(wall, openings, plan.wall_height(wall), _reach(plan, wall))):
+    pieces = _pieces(wall, openings, plan.wall_height(wall), _reach(plan, wall))
+    for i, (s, z) in enumerate(piece for piece in pieces if min(np.ptp(piece, axis=1)) > LEAST):
         material = _plastered(site, plan, wall, i, s, z)
         site.solid(f"wall:{wall.name}:{i}", frame, (s, (-wall.thickness, 0.0), z), material)
         if z[0] == 0.0:
             skirting.append((s, (0.0, 0.012), (0.0, 0.08)))
-    site.lattice(f"wall:{wall.name}:skirting", frame, skirting, TRIM, cast=False)
+    if skirting:
+        site.lattice(f"wall:{wall.name}:skirting", frame, skirting, TRIM, cast=False)
 
 
 def _reach(plan: FloorPlan, wall: Wall) -> Span:

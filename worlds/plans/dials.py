@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.options import once
 from refseq_bench.worlds.plans.furnish import LEFT, Character
 
 
@@ -27,9 +28,11 @@ RANGES: Mapping[str, DialRange] = {
 class Dials:
     """Difficulty of a generated world; what is None is as the seed draws it.
 
-    ``texture``: posters a metre of wall, and at 0 nothing but doors and windows on any wall; ``repetition``: share of
-    modules, 8 m of a wall and whole wings, that are identical; ``glass``: share of the outer walls that is window;
-    ``width`` of the corridors [m]. Raises ``PlanError`` for a value out of ``RANGES``.
+    ``texture``: posters a metre of wall, and at 0 nothing but doors, windows and radiators on any wall; ``repetition``:
+    share of modules, 8 m of a wall and whole wings, that are identical; ``glass``: width of a window as a share of the
+    pitch of the windows, on walls that have any; ``width`` of the corridors [m]. Of the walls' length less is window,
+    since there is none near corners and doors and where one is left out. Raises ``PlanError`` for a value out of
+    ``RANGES``.
     """
 
     texture: float | None = None
@@ -56,6 +59,8 @@ class Dials:
             like = replace(like, rates={**rates, "poster": self.texture})
         if self.glass is not None:
             side = like.glazed if like.glazed != "neither" else LEFT
+            # The glazed side of a corridor may have other legs behind it: then there is no window at all. Scores were
+            # measured in these worlds, so they stay as they are.
             pane = round(max(self.glass * like.pitch, 0.4), 2)
             like = replace(like, glazed=side if self.glass else "neither", pane=pane)
         return like if self.width is None else replace(like, width=self.width)
@@ -66,15 +71,12 @@ AS_DRAWN = Dials()
 
 def parse_dials(text: str, world: str) -> Dials:
     """Read ``texture=0.1,width=2``; raises ``PlanError`` for a dial that ``world`` has not or that is out of range."""
-    found: dict[str, float] = {}
-    for word in text.split(","):
-        name, _, value = word.partition("=")
+    words = [word.partition("=") for word in text.split(",")]
+    for name, _, _ in words:
         if name not in RANGES:
             raise PlanError(f"world '{world}': unknown dial '{name}'; valid are {', '.join(RANGES)}")
-        if name in found:
-            raise PlanError(f"world '{world}': {name} is given twice; valid is once")
-        found[name] = _number(name, value, world)
-    return Dials(**found)
+    given = once([(name, value) for name, _, value in words], f"world '{world}'", PlanError)
+    return Dials(**{name: _number(name, value, world) for name, value in given.items()})
 
 
 def _number(name: str, text: str, world: str) -> float:

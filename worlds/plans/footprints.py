@@ -133,7 +133,7 @@ def room_behind(plan: FloorPlan, door: Door) -> Footprint:
 
 
 def corners(shape: Footprint) -> Floats:
-    """Return the corners of a rectangle before it is grown, (4, 2)."""
+    """Return the corners of a rectangle before it is grown, (4, 2), counter-clockwise."""
     return _corners(np.asarray(shape, dtype=float)[None, :])[0]
 
 
@@ -168,8 +168,8 @@ def _axes(shapes: Floats) -> Floats:
 
 
 def _corners(shapes: Floats) -> Floats:
-    """Corners before they are grown, (m, 4, 2)."""
-    signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
+    """Corners before they are grown, (m, 4, 2), counter-clockwise."""
+    signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     return shapes[:, None, :2] + (signs * shapes[:, None, 3:5]) @ _axes(shapes)
 
 

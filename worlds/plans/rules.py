@@ -12,7 +12,7 @@ import numpy as np
 from refseq_bench.worlds.errors import PlanError
 from refseq_bench.worlds.plans.areas import Rectangle, enclosing, rectangles
 from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, gaps, taken, ways
-from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.frame import LocalFrame, left_of
 from refseq_bench.worlds.plans.schema import (
     LINES,
     ON_WALL,
@@ -201,8 +201,7 @@ def _turned_round(plan: FloorPlan) -> Iterator[str]:
     """Find walls around the floor whose inner face looks out of the building: what hangs there nobody would see."""
     areas = rectangles(plan)
     for wall in (enclosing(plan) or plan.wall) if plan.ceiling is not None else ():
-        ahead = np.subtract(wall.end, wall.start) / wall.length
-        left = np.array([-ahead[1], ahead[0]])
+        left = left_of(np.subtract(wall.end, wall.start) / wall.length)
         beside = np.add(wall.start, wall.end) / 2 + BESIDE * (left if wall.inside == "left" else -left)
         if not any(area.holds(beside) for area in areas):
             other = "right" if wall.inside == "left" else "left"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from refseq.planar import Pose
 from refseq_bench.sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 from refseq_bench.sim.errors import SimError
-from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.frame import LocalFrame, left_of
 from refseq_bench.worlds.plans.schema import Door, FloorPlan
 
 OPEN = 80.0
@@ -42,8 +42,7 @@ class DoorwayPlace:
 
     def start(self, before: float, aside: float, turned: float) -> Pose:
         """A pose ``before`` it, ``aside`` to the left of its axis, ``turned`` to the left from it [m, m, rad]."""
-        left = np.array([-self.through[1], self.through[0]])
-        x, y = self.middle - before * self.through + aside * left
+        x, y = self.middle - before * self.through + aside * left_of(self.through)
         return Pose(float(x), float(y), math.atan2(self.through[1], self.through[0]) + turned)
 
     def seen_from(self, pose: Pose) -> tuple[float, float]:

@@ -86,6 +86,19 @@ def test_show_tells_place_things_lamps_routes_and_the_sun(worlds: Worlds) -> Non
     assert max(map(len, answer.out.splitlines())) <= 80
 
 
+def test_show_tells_how_much_of_the_walls_is_window(worlds: Worlds, tmp_path: Path) -> None:
+    """Of a wall of 8 m: two windows of 1.2 m, one above the other, and one of 1 m beside them."""
+    windows = "".join(
+        f'[[window]]\nname = "w{i}"\nwall = "left"\nat = {at}\nwidth = {width}\nsill = {sill}\nheight = 0.8\n'
+        for i, (at, width, sill) in enumerate([(2, 1.2, 0.2), (2, 1.2, 1.2), (5, 1, 1)])
+    )
+    (tmp_path / "glazed.toml").write_text(SMALL.format(top="", end=windows))
+    assert re.search(
+        r"^windows +28 % of the length of the walls that have any *$", worlds("show glazed.toml").out, re.M
+    )
+    assert "windows  " not in worlds("show small.toml").out
+
+
 def test_check_says_nothing_found_of_a_good_world(worlds: Worlds) -> None:
     answer = worlds("check closed.toml")
     assert (answer.code, answer.err) == (0, "")

@@ -61,12 +61,17 @@ def test_the_same_plan_gives_the_same_bytes(tmp_path: Path) -> None:
     assert (width, height) in {tuple(int(side / 25.4 * DPI) for side in paper) for paper in PAPERS.values()}
 
 
+def outline(path: Path, name: str) -> np.ndarray:
+    """Points of the first outline of a group, (n, 2), in the drawing's units; y runs down."""
+    group = next(g for g in ElementTree.parse(path).iter(f"{SVG}g") if g.get("id") == name)
+    first = next(group.iter(f"{SVG}path"))
+    numbers = [float(word) for word in str(first.get("d")).split() if word not in "MLZCz"]
+    return np.array(numbers).reshape(-1, 2)
+
+
 def position(path: Path, name: str) -> np.ndarray:
     """Middle of the first outline of a group, (2,), in the drawing's units; y runs down."""
-    group = next(g for g in ElementTree.parse(path).iter(f"{SVG}g") if g.get("id") == name)
-    outline = next(group.iter(f"{SVG}path"))
-    numbers = [float(word) for word in str(outline.get("d")).split() if word not in "MLZCz"]
-    return np.array(numbers).reshape(-1, 2).mean(axis=0)
+    return np.asarray(outline(path, name).mean(axis=0))
 
 
 def test_distances_on_paper_are_distances_over_the_scale(hallway_svg: Path) -> None:
@@ -122,6 +127,27 @@ def test_all_that_stands_in_the_open_air_is_drawn(tmp_path: Path) -> None:
     names = {"car_c1", "tree_t1", "kerb_k1", "marking_m1", "post_l1", "person_a", "stairs_s1", "furniture_f1"}
     assert names <= drawn(path)
     assert any("below the horizon" in text for text in texts(path))
+
+
+def test_a_route_lies_to_the_right_of_its_line(tmp_path: Path) -> None:
+    """Along x at y = 10: 0.16 m below that on the sheet, the crate of 1 m around y = 5."""
+    path = tmp_path / "yard.svg"
+    draw_plan(parse_plan(OPEN_AIR), path)
+    crate, route = outline(path, "furniture_f1"), outline(path, "route_there")
+    metre, low = np.ptp(crate[:, 1]), crate[:, 1].max()
+    assert (low - route[:, 1]) / metre == pytest.approx(10.0 - 0.16 - 4.5, abs=0.01)
+
+
+@pytest.mark.parametrize(("angle", "size"), [(0, (0.9, 0.04)), (90, (0.04, 0.9))])
+def test_a_leaf_is_drawn_as_it_stands(
+    small: Callable[..., str], tmp_path: Path, angle: float, size: tuple[float, float]
+) -> None:
+    path = tmp_path / "small.svg"
+    draw_plan(parse_plan(small(f'door = [{{ name = "d", wall = "left", at = 4, open = {angle} }}]')), path)
+    metre = np.ptp(outline(path, "wall_right")[:, 0]) / 8
+    leaf = outline(path, "door_d")
+    assert np.ptp(leaf, axis=0) / metre == pytest.approx(size, abs=0.01)
+    assert leaf[:, 1].min() < outline(path, "wall_right")[:, 1].min() - 2.4 * metre  # behind the face of the left wall
 
 
 @pytest.mark.parametrize("name", ["plan.pdf", "plan", "plan.SVG", "plan.svg.txt"])

@@ -1,6 +1,7 @@
 import numpy as np
 
 from refseq_bench.worlds.drawing.outline import OPENING, outline_of
+from refseq_bench.worlds.plans.frame import LocalFrame
 from refseq_bench.worlds.plans.load import load_plan
 
 
@@ -17,6 +18,11 @@ def test_walls_step_back_at_their_openings_and_cabinets_stand_out() -> None:
         face = np.linalg.norm(np.diff(line, axis=0), axis=1)
         back = sum(2 * door.recess for door in doors) + 2 * OPENING * len(windows)
         assert np.isclose(face.sum(), wall.length + back)
+        depth = -(line - wall.start) @ LocalFrame.of(wall).inward  # into the wall
+        assert depth.min() > -1e-9
+        assert np.isclose(
+            depth.max(), max([*(door.recess for door in doors), *(OPENING for _ in windows)], default=0.0)
+        )
 
 
 def test_an_open_door_is_a_gap_with_its_leaf_beside() -> None:

@@ -39,9 +39,20 @@ def test_sun_in_the_east_shines_west() -> None:
 
 def test_daylight_is_of_the_size_that_is_measured() -> None:
     noon = daylight(TABLE_PLACE, SUMMER, 13.5)
-    assert 32e3 < noon.direct < 100e3 + 15e3
+    assert 95e3 < noon.direct < 103e3
     assert 10e3 < noon.sky < 25e3
     assert daylight(TABLE_PLACE, SUMMER, 13.5, cloud=1.0).direct == 0.0
+
+
+@pytest.mark.parametrize("hour", [9.0, 13.5, 19.0])
+def test_the_sky_gives_what_the_handbook_says_and_half_a_cloud_the_mean(hour: float) -> None:
+    """Level ground gets 800 + 15 500 √sin γ of a clear sky and 300 + 21 000 sin γ of an overcast one [lx]."""
+    clear, half, overcast = (daylight(TABLE_PLACE, SUMMER, hour, cloud) for cloud in (0.0, 0.5, 1.0))
+    height = np.sin(clear.elevation)
+    assert clear.sky == pytest.approx(800.0 + 15_500.0 * np.sqrt(height))
+    assert overcast.sky == pytest.approx(300.0 + 21_000.0 * height)
+    assert half.sky == pytest.approx((clear.sky + overcast.sky) / 2)
+    assert half.direct == pytest.approx(clear.direct / 2)
 
 
 def test_direct_sun_fades_with_the_air_that_it_passes() -> None:

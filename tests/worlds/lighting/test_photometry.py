@@ -30,15 +30,15 @@ def test_lamps_burn_when_it_is_dark_outside(name: str) -> None:
 
 def test_lamps_obey_their_switches() -> None:
     always = PLAN.model_copy(update={"lamp": (PLAN.lamp[0].model_copy(update={"switch": "always"}),)})
-    assert photometry(always, light_named("noon")).lit_rows == ("row",)
+    assert photometry(always, light_named("noon")).lit_rows == always.lamp
     assert photometry(always, light_named("late-evening,lamps=off")).lit_rows == ()
-    assert photometry(PLAN, light_named("noon,lamps=on")).lit_rows == ("row",)
+    assert photometry(PLAN, light_named("noon,lamps=on")).lit_rows == PLAN.lamp
 
 
 def test_a_post_and_a_row_of_lamps_of_one_name_have_a_switch_each() -> None:
     post = Post(name="row", at=(0.0, 0.0), switch="always")
     numbers = photometry(PLAN.model_copy(update={"post": (post,)}), light_named("noon"))
-    assert (numbers.lit_rows, numbers.lit_posts) == ((), ("row",))
+    assert (numbers.lit_rows, numbers.lit_posts) == ((), (post,))
     assert not any(spot.kind == "lamp" for spot in spots(PLAN, numbers))
 
 
@@ -62,10 +62,11 @@ def test_sources_look_into_the_room_with_their_own_size() -> None:
 
 def test_a_camera_gets_more_from_warm_lamps() -> None:
     warm = PLAN.model_copy(update={"lamp": (PLAN.lamp[0].model_copy(update={"kelvin": 2700.0}),)})
-    numbers = photometry(warm, light_named("late-evening"))
-    lumens, gathered = sources(warm, numbers).lamp_luminances[0]
+    evening = light_named("late-evening")
+    lumens, gathered = sources(warm, photometry(warm, evening)).lamp_luminances[0]
     assert gathered / lumens == camera_weight(2700.0) > 1.1
-    (plain, *_), (weighted, *_) = ([s for s in spots(p, numbers) if s.kind == "lamp"] for p in (PLAN, warm))
+    lamps = ([s for s in spots(p, photometry(p, evening)) if s.kind == "lamp"] for p in (PLAN, warm))
+    (plain, *_), (weighted, *_) = lamps
     assert weighted.candela / plain.candela == pytest.approx(camera_weight(2700.0) / camera_weight(4000.0))
 
 

@@ -96,6 +96,33 @@ def test_texture_is_posters_a_metre_where_there_is_room() -> None:
     assert 0.1 < counts / metres <= 0.2
 
 
+@pytest.mark.parametrize(("repetition", "least", "most"), [(0.0, 0.0, 0.0), (0.5, 0.35, 0.6), (1.0, 0.8, 1.0)])
+def test_modules_of_a_corridor_come_again_as_often_as_asked(repetition: float, least: float, most: float) -> None:
+    """Share of the posters that hang again some modules of 8 m further on; ends of walls are no whole modules."""
+    again, count = 0, 0
+    for seed in range(20):
+        plan = corridor(seed, Dials(texture=0.3, repetition=repetition))
+        hung = [(p.wall, round(100 * p.at) % 800, p.width, p.height, p.style) for p in plan.poster]
+        again, count = again + sum(hung.count(poster) > 1 for poster in hung), count + len(hung)
+    assert count > 500
+    assert least <= again / count <= most
+
+
+def test_glass_is_the_width_of_windows_over_their_pitch_and_of_the_walls_some_less_is_window() -> None:
+    """Means of 30 seeds, which docs/worlds.md tells."""
+
+    def share(plan: FloorPlan, walls: list[Wall]) -> float:
+        return sum(w.width for w in plan.window) / sum(wall.length for wall in walls)
+
+    for glass, outer, glazed in ((0.2, 0.10, 0.14), (0.45, 0.20, 0.31), (0.9, 0.33, 0.54)):
+        buildings = [building(seed, Dials(glass=glass)) for seed in range(30)]
+        corridors = [plan for seed in range(30) if (plan := corridor(seed, Dials(glass=glass))).window]
+        with_windows = [[plan.wall_named(name) for name in {w.wall for w in plan.window}] for plan in corridors]
+        assert len(corridors) > 20
+        assert np.mean([share(plan, list(plan.wall[:4])) for plan in buildings]) == pytest.approx(outer, abs=0.01)
+        assert np.mean(list(map(share, corridors, with_windows))) == pytest.approx(glazed, abs=0.01)
+
+
 def test_width_and_glass_are_as_asked() -> None:
     for seed in range(10):
         assert corridor(seed, Dials(width=3.5)).wall_named("start").length == pytest.approx(3.5)
