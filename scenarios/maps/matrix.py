@@ -46,9 +46,15 @@ class FeatureSummary:
 
 
 def summaries(
-    matrix: IncidenceMatrix, rng: np.random.Generator, neighbours: Neighbours | None = None
+    matrix: IncidenceMatrix,
+    rng: np.random.Generator,
+    neighbours: Neighbours | None = None,
+    draws: int = 1000,
 ) -> list[MatrixSummary]:
-    """Each extractor, each sensor that several extractors use, and all together."""
+    """Each extractor, each sensor that several extractors use, and all together.
+
+    ``draws`` are the views by which ``told`` is estimated; fewer take less time and leave a larger error of it.
+    """
     noise = _noise(matrix, neighbours)
     groups: dict[str, tuple[str, ...]] = {key: (key,) for key in matrix.blocks}
     for sensor in matrix.sensors:
@@ -57,17 +63,22 @@ def summaries(
             groups[sensor] = keys
     if len(matrix.blocks) > 1:
         groups["all"] = tuple(matrix.blocks)
-    return [_summary(name, keys, matrix, noise, rng) for name, keys in groups.items()]
+    return [_summary(name, keys, matrix, noise, rng, draws) for name, keys in groups.items()]
 
 
 def _summary(
-    name: str, keys: Sequence[str], matrix: IncidenceMatrix, noise: Mapping[str, Noise], rng: np.random.Generator
+    name: str,
+    keys: Sequence[str],
+    matrix: IncidenceMatrix,
+    noise: Mapping[str, Noise],
+    rng: np.random.Generator,
+    draws: int,
 ) -> MatrixSummary:
     return MatrixSummary(
         name,
         matrix.statistics(*(matrix.blocks[key] for key in keys)),
         noise[keys[0]] if len(keys) == 1 else None,
-        view_information(matrix, {key: noise[key] for key in keys}, rng),
+        view_information(matrix, {key: noise[key] for key in keys}, rng, draws),
         column_information(matrix, *(matrix.blocks[key] for key in keys)),
     )
 

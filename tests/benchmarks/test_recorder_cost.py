@@ -4,6 +4,7 @@ Both are told apart while it records, so that rays and pictures are those that t
 """
 
 import gc
+import weakref
 from itertools import islice
 from pathlib import Path
 
@@ -109,16 +110,19 @@ def resident() -> float:
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux' own count of memory")
 @pytest.mark.parametrize("kind", KINDS)
 def test_closed_benches_give_their_memory_back(kind: RendererKind) -> None:
-    sizes = [resident()]
-    for _ in range(4):
+    sizes, inside, benches = [resident()], [], []
+    for _ in range(6):
         with open_bench(Drive(renderer=kind)) as bench:
             bench.sense()
-            inside = resident()
+            inside.append(resident())
+        benches.append(weakref.ref(bench))
         del bench
         gc.collect()  # a world's spec and its elements hold each other
         sizes.append(resident())
-    print(f"\n{kind.value}: {sizes[0]:.0f} MiB before; last bench open {inside:.0f} MiB;")
-    print(f"  after closing each of 4: {', '.join(f'{size:.0f}' for size in sizes[1:])} MiB")
-    # Allocators keep some of it for the next one; benches that were never freed would add up to twice one's size. Both
-    # are 0 where a bench fits into what was kept of others, whose pictures were drawn before.
-    assert sizes[4] - sizes[2] <= max(inside - sizes[0], 0.0)
+    print(f"\n{kind.value}: {sizes[0]:.0f} MiB before; first bench open {inside[0]:.0f} MiB;")
+    print(f"  after closing each of 6: {', '.join(f'{size:.0f}' for size in sizes[1:])} MiB")
+    assert not any(bench() for bench in benches)
+    # Allocators keep some of it for the next one; benches that were never freed would add up to four times one's size.
+    # That is the first one's: what is open later holds what those before it left. Both are 0 where a bench fits into
+    # what was kept of others, whose pictures were drawn before.
+    assert sizes[6] - sizes[2] <= max(inside[0] - sizes[0], 0.0)

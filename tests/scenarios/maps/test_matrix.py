@@ -59,16 +59,26 @@ def test_extractors_sensors_with_several_and_all_are_summed_up(house: IncidenceM
     assert all(one.told.bits <= one.distinct.bits + 4 * one.told.error for one in found.values())
 
 
+def names(matrix: IncidenceMatrix) -> list[str]:
+    """What is summed up: of one view each, as it takes time to say how much they tell."""
+    return [one.name for one in summaries(matrix, np.random.default_rng(0), draws=1)]
+
+
 def test_a_single_extractor_is_not_summed_up_twice() -> None:
-    assert [one.name for one in summaries(packed(sift_camera=np.eye(4)), np.random.default_rng(0))] == ["sift/camera"]
+    assert names(packed(sift_camera=np.eye(4))) == ["sift/camera"]
     lasers = packed(walls_laser=np.eye(4), boundary_laser=np.eye(4))
-    assert [one.name for one in summaries(lasers, np.random.default_rng(0))] == ["walls/laser", "boundary/laser", "all"]
+    assert names(lasers) == ["walls/laser", "boundary/laser", "all"]
 
 
 def test_cameras_named_as_topics_are_summed_up_apart() -> None:
     sizes = {"sift/front/left": 4, "dense/front/left": 4, "sift/rear/left": 4}
     matrix = IncidenceMatrix.from_columns([{key: np.array([k]) for key in sizes} for k in range(4)], sizes)
-    assert [one.name for one in summaries(matrix, np.random.default_rng(0))] == [*sizes, "front/left", "all"]
+    assert names(matrix) == [*sizes, "front/left", "all"]
+
+
+def test_more_views_leave_a_smaller_error(house: IncidenceMatrix) -> None:
+    few, many = (summaries(house, np.random.default_rng(0), draws=draws)[-1].told for draws in (30, 480))
+    assert few.error / many.error == pytest.approx(4.0, rel=0.5), "as the root of their number"
 
 
 def test_the_features_that_tell_the_most_come_first(house: IncidenceMatrix) -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from refseq.belief import Belief, Stage
+from refseq.belief import Stage
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Matcher
 from refseq.map.profile import PROFILES
@@ -263,10 +263,6 @@ def test_without_merging_each_drive_keeps_all_its_places(walks: dict[str, Refere
     assert {len(belief.places) for belief in beliefs} == {110}
 
 
-def same(one: Sequence[Belief], other: Sequence[Belief]) -> bool:
-    return all(a.lost == b.lost and np.array_equal(a.places, b.places) for a, b in zip(one, other, strict=True))
-
-
 def test_baselines_learn_all_drives_one_behind_the_other() -> None:
     rng = np.random.default_rng(0)
     drive = corridor_drive(rng, 12, size=48)
@@ -277,7 +273,7 @@ def test_baselines_learn_all_drives_one_behind_the_other() -> None:
     found = learnt.answers(query)
     for name in ("fabmap", "hamming", "seqslam"):
         localiser = BASELINES[name](Reference(drive))
-        assert same(found[name], [localiser.update(view) for view in query])
+        assert found[name] == [localiser.update(view) for view in query]
         assert len(found[name][0].places) == 12
 
 

@@ -1,6 +1,5 @@
 import json
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 import refseq_bench.sim.bench.bench
 import refseq_bench.worlds.build
 from refseq.planar import Pose
-from refseq.view import View
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.robots.errors import RobotsError
@@ -21,8 +19,8 @@ from refseq_bench.robots.odometry import CalibrationErrors
 from refseq_bench.sim.bench.bench import ADAPTATION, Bench
 from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.settings import BenchSettings
-from refseq_bench.sim.cameras.camera import METER_STEP, CameraModel
-from refseq_bench.sim.cameras.exposure import ExposureControl, centre_weights
+from refseq_bench.sim.cameras.camera import CameraModel
+from refseq_bench.sim.cameras.exposure import ExposureControl
 from refseq_bench.sim.cameras.lens import Lens
 from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.cameras.sensor import Sensor
@@ -37,6 +35,7 @@ from refseq_bench.sim.sensors.laser_model import LaserModel
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
+from tests.sim.bench.lamp import Lamp, signal
 from tests.worlds.conftest import SMALL
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
@@ -244,43 +243,6 @@ def test_a_unit_keeps_its_calibration_errors_over_drives_and_another_unit_has_ot
             poses.append(bench.odometry)
     assert poses[0] == poses[1]
     assert abs(poses[0].x - poses[2].x) > 1e-3
-
-
-class Lamp:
-    """A renderer of a wall that is evenly lit by ``luminance`` [cd/m²], its left half dark if there is an ``edge``."""
-
-    kind = RendererKind.FILAMENT
-
-    def __init__(self, luminance: float) -> None:
-        self.luminance = luminance
-        self.edge = self.closed = False
-        self.sizes: list[tuple[int, int]] = []
-        self.around: list[float] = []
-
-    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
-        self.sizes.append((width, height))
-        picture = np.full((height, width), self.luminance, np.float32)
-        picture[:, : width // 2 if self.edge else 0] *= 0.2
-        return picture
-
-    def light_around(self, illuminance: Callable[[], float]) -> None:
-        self.around.append(illuminance())
-
-    def close(self) -> None:
-        self.closed = True
-
-
-@pytest.fixture
-def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
-    lamp = Lamp(100.0)
-    monkeypatch.setattr(refseq_bench.sim.bench.bench, "open_renderer", lambda kind, model, bake: lamp)
-    return lamp
-
-
-def signal(view: View) -> float:
-    """Signal before gamma as the light meter weighs it, as a share of full scale."""
-    zones = (view.images["camera-1"][::METER_STEP, ::METER_STEP] / 255.0) ** CameraModel().gamma
-    return float((centre_weights(*zones.shape) * zones).sum())
 
 
 @pytest.mark.parametrize("elapsed", [0.04, 0.2, 2.0])

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-import refseq_bench.sim.bench.bench
 from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots import Robot, Twist
@@ -35,7 +34,7 @@ from refseq_bench.sim.sensors.laser_model import DAZZLE, LaserModel
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
-from tests.sim.bench.test_bench import Lamp, signal
+from tests.sim.bench.lamp import Lamp, signal
 from tests.worlds.conftest import SMALL
 
 PERFECT = OperatorStyle(strength=0.0)
@@ -56,13 +55,6 @@ def corridor() -> World:
 @pytest.fixture(scope="module")
 def floor() -> World:
     return empty_floor()
-
-
-@pytest.fixture
-def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
-    lamp = Lamp(100.0)
-    monkeypatch.setattr(refseq_bench.sim.bench.bench, "open_renderer", lambda kind, model, bake: lamp)
-    return lamp
 
 
 def bench_in(
