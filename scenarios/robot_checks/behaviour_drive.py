@@ -30,9 +30,8 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.drawing.outline import outline_of
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.plans.areas import inside, rectangles
+from refseq_bench.worlds.plans.areas import inside, rectangles, valid_areas
 from refseq_bench.worlds.plans.load import load_plan
-from refseq_bench.worlds.plans.rules import valid_areas
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
