@@ -155,6 +155,11 @@ def _owner(geom: str, things: dict[str, _PlanItem]) -> _PlanItem:
     return things.get(":".join(geom.split(":")[:2]), _PlanItem("", geom, "part"))
 
 
+def _told(thing: _PlanItem, geom: str) -> str:
+    """A thing as findings name it; the room behind an open door belongs to the door, and is not it."""
+    return f"the room behind {thing}" if geom.startswith(f"door:{thing.name}:room:") else str(thing)
+
+
 def _missing(model: mujoco.MjModel, things: dict[str, _PlanItem]) -> Iterator[str]:
     names = [model.geom(i).name for i in range(model.ngeom)] + [model.body(i).name for i in range(model.nbody)]
     there = {_owner(name, things) for name in names}
@@ -204,7 +209,8 @@ def _overlapping(
         depth, (x, y, z) = _depth(model, data, a, b)
         if depth > max(TOLERANCE, worst.get(pairs[at], (0.0,))[0]):
             where = f"at x {x:.2f}, y {y:.2f}, z {z:.2f}"
-            worst[pairs[at]] = depth, f"{owners[a]} and {owners[b]} overlap by {depth:.2f} m {where}"
+            parts = " and ".join(_told(owners[k], model.geom(k).name) for k in (a, b))
+            worst[pairs[at]] = depth, f"{parts} overlap by {depth:.2f} m {where}"
 
     end = 0
     while end < len(near) and len(worst) < MOST:
@@ -258,10 +264,10 @@ def _blocked(spec: mujoco.MjSpec, plan: FloorPlan, things: dict[str, _PlanItem],
     model = _with_probe(spec, robot)
     data = mujoco.MjData(model)
     for route, points in plan.routes.items():
-        touched: dict[_PlanItem, tuple[float, float]] = {}
+        touched: dict[str, tuple[float, float]] = {}
         for x, y, heading in _poses(np.array(points)):
             for geom in _touched(model, data, x, y, heading):
-                touched.setdefault(_owner(geom, things), (x, y))
+                touched.setdefault(_told(_owner(geom, things), geom), (x, y))
         for thing, (x, y) in touched.items():
             yield f"route '{route}': robot '{robot.name}' does not get past {thing} at x {x:.2f}, y {y:.2f}"
 

@@ -23,9 +23,8 @@ from refseq_bench.sim.drives.doors import doors_seen
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.plans.areas import inside, rectangles
+from refseq_bench.worlds.plans.areas import inside, rectangles, valid_areas
 from refseq_bench.worlds.plans.load import load_plan
-from refseq_bench.worlds.plans.rules import valid_areas
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 SUNK = -0.005

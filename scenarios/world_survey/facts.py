@@ -16,8 +16,7 @@ from refseq_bench.worlds.check import RobotBox, geom_boxes
 from refseq_bench.worlds.light import PRESETS, LightSetting, clock_text, light_named
 from refseq_bench.worlds.lighting.daylight import sun_position
 from refseq_bench.worlds.meter import Reading
-from refseq_bench.worlds.plans.areas import inside, rectangles
-from refseq_bench.worlds.plans.rules import valid_areas
+from refseq_bench.worlds.plans.areas import inside, rectangles, valid_areas
 from refseq_bench.worlds.plans.schema import FloorPlan, LampRow, Post
 
 FACINGS: Mapping[str, tuple[float, float, float]] = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0)}

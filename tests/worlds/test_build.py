@@ -264,7 +264,7 @@ def named(table: str, names: tuple[str, ...], more: str, apart: float = 1.5) -> 
         named("car", ("a", "a_trim"), "", 4.0)
         + named("tree", ("t", "t_crown"), "", 4.0)
         + named("post", ("p", "p_arm"), ""),
-        '[[lamp]]\nname = "row"\nfirst = [1, 0]\nstep = [1, 0]\ncount = 2\nlumen = 900\n',
+        '[[lamp]]\nname = "row"\nfirst = [1, 0]\nstep = [2, 0]\ncount = 2\nlumen = 900\n',
     ],
 )
 def test_no_name_of_a_plan_is_one_of_a_hidden_part(small: Callable[..., str], things: str) -> None:

@@ -131,6 +131,26 @@ def test_a_leaf_that_swings_into_a_wall(small: Text) -> None:
     assert any("door 'd1'" in finding and "wall 'behind'" in finding for finding in findings)
 
 
+@pytest.mark.parametrize(("gap", "found"), [(1.42, False), (1.36, True)])
+def test_rooms_behind_doors_that_overlap_are_told_as_rooms(small: Text, gap: float, found: bool) -> None:
+    """Each goes on for 0.7 m past both sides of its door; the second door begins ``gap`` behind the first one's end."""
+    doors = [f'{{ name = "d{k}", wall = "left", at = {at}, open = 90 }}' for k, at in ((1, 2), (2, 2.9 + gap))]
+    findings = checked(small(f"door = [{', '.join(doors)}]")).findings
+    rooms = "the room behind door 'd1' and the room behind door 'd2' overlap by 0.04 m at x 3."
+    assert [one.startswith(rooms) for one in findings] == [True] * found
+
+
+def test_a_room_behind_a_door_that_stands_on_a_route(small: Text) -> None:
+    """The room of a door in a partition lies across the corridor; the door's own wall ends before the route."""
+    wall = (
+        '[[wall]]\nname = "stub"\nstart = [4, 1.2]\nend = [4, 0.2]\ninside = "right"\nheight = 2.5\n'
+        'material = "plaster"\n'
+    )
+    text = small('door = [{ name = "d1", wall = "stub", at = 0.5, width = 0.6, open = 90 }]', wall)
+    blocked = [one for one in checked(text).findings if one.startswith("route")]
+    assert any("does not get past the room behind door 'd1'" in one for one in blocked)
+
+
 def box(y: float) -> str:
     return (
         f'[[furniture]]\nname = "crate"\nkind = "box"\nat = [4.03, {y}]\nwidth = 0.5\ndepth = 0.5\nheight = 0.5\n'

@@ -147,3 +147,9 @@ def _merged(values: Floats) -> Floats:
 def inside(plan: FloorPlan, point: Sequence[float] | Floats) -> bool:
     """Tell whether ``point`` (2,) lies on the ground between the walls."""
     return any(r.holds(point) for r in rectangles(plan))
+
+
+def valid_areas(areas: tuple[Rectangle, ...]) -> str:
+    """Return the spans of some areas as they are told in errors."""
+    spans = [f"x {r.low[0]:g} to {r.high[0]:g}, y {r.low[1]:g} to {r.high[1]:g}" for r in areas[:4]]
+    return f"valid is {'; or '.join(spans)}{'; …' if len(areas) > 4 else ''}"

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from refseq_bench.worlds.errors import PlanError
-from refseq_bench.worlds.plans.areas import Rectangle, enclosing, rectangles
+from refseq_bench.worlds.plans.areas import enclosing, rectangles, valid_areas
 from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, gaps, taken, ways
 from refseq_bench.worlds.plans.frame import LocalFrame, left_of
+from refseq_bench.worlds.plans.lamps import misplaced_lamps, overreaching_lamps
 from refseq_bench.worlds.plans.schema import (
     LINES,
     ON_WALL,
@@ -80,8 +81,9 @@ def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _windows_inside(plan)
     yield from _overlaps(plan)
     yield from _no_ways(plan)
-    yield from _misplaced_lamps(plan)
+    yield from misplaced_lamps(plan)
     yield from _outside(plan)
+    yield from overreaching_lamps(plan)
     yield from _misfit_furniture(plan)
     yield from _hemmed_in(plan)
 
@@ -183,18 +185,6 @@ def _stays(key: str, points: Sequence[Point], least: float) -> Iterator[str]:
     for i, (before, point) in enumerate(pairwise(points), 1):
         if math.dist(before, point) < least:
             yield f"{key}[{i}]: {list(point)} is the point before it; valid are points apart"
-
-
-def _misplaced_lamps(plan: FloorPlan) -> Iterator[str]:
-    """Find lamps without a ceiling, street lamps under one, and lamps of a row that hang in each other."""
-    for i, row in enumerate(plan.lamp):
-        if plan.ceiling is None:
-            yield f"lamp[{i}]: '{row.name}' hangs from a ceiling, and the plan has none; valid is a [[post]]"
-        if row.count > 1 and math.hypot(*row.step) < BESIDE:
-            yield f"lamp[{i}].step: {list(row.step)} is not valid; {row.count} lamps would hang in each other"
-    for i, post in enumerate(plan.post):
-        if plan.ceiling is not None:
-            yield f"post[{i}]: '{post.name}' lights streets, and the plan has a ceiling; valid is a [[lamp]]"
 
 
 def _turned_round(plan: FloorPlan) -> Iterator[str]:
@@ -335,12 +325,6 @@ def _misfit_furniture(plan: FloorPlan) -> Iterator[str]:
             if not any(area.holds(corner) for area in areas):
                 x, y = corner
                 yield f"{key}.at: {item.kind} '{item.name}' reaches to [{x:.2f}, {y:.2f}], outside the walls; move it"
-
-
-def valid_areas(areas: tuple[Rectangle, ...]) -> str:
-    """Return the spans of some areas as they are told in errors."""
-    spans = [f"x {r.low[0]:g} to {r.high[0]:g}, y {r.low[1]:g} to {r.high[1]:g}" for r in areas[:4]]
-    return f"valid is {'; or '.join(spans)}{'; …' if len(areas) > 4 else ''}"
 
 
 def _hemmed_in(plan: FloorPlan) -> Iterator[str]:

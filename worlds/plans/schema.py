@@ -9,22 +9,40 @@ from typing import Annotated, Literal
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator
 
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.errors import PlanError
 from refseq_bench.worlds.light import FIRST_DAY, LAST_DAY
 
 FARTHEST = 1e4
-"""Bound of coordinates, lengths and heights [m]: what is drawn and searched in cells grows with them."""
-Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
-Length = Annotated[float, Field(strict=True, gt=0.0, le=FARTHEST)]
-Height = Annotated[float, Field(strict=True, ge=0.0, le=FARTHEST)]
+"""Bound of coordinates, lengths and heights [m]: what is drawn and searched in cells grows with them.
+
+Headings [deg] and speeds [m/s] have the same one.
+"""
+
+
+def _bounded(valid: str) -> AfterValidator:
+    """Return a check against ``FARTHEST`` that tells the unit: what is beyond it was mostly meant in another one."""
+
+    def checked(value: float) -> float:
+        if abs(value) > FARTHEST:
+            raise ValueError(valid)
+        return value
+
+    return AfterValidator(checked)
+
+
+Coordinate = Annotated[float, Field(strict=True), _bounded(f"metres, from {-FARTHEST:g} to {FARTHEST:g}")]
+Length = Annotated[float, Field(strict=True, gt=0.0), _bounded(f"metres, at most {FARTHEST:g}")]
+Height = Annotated[float, Field(strict=True, ge=0.0), _bounded(f"metres, at most {FARTHEST:g}")]
+Degrees = Annotated[float, Field(strict=True), _bounded(f"degrees, from {-FARTHEST:g} to {FARTHEST:g}")]
+Speed = Annotated[float, Field(strict=True, gt=0.0), _bounded(f"metres a second, at most {FARTHEST:g}")]
 Kelvin = Annotated[float, Field(strict=True, ge=1000.0, le=20_000.0)]
 Share = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
 Lumen = Annotated[float, Field(strict=True, gt=0.0, le=1e6)]
 Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
-Point = tuple[Number, Number]
+Point = tuple[Coordinate, Coordinate]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")]
 
 
@@ -113,7 +131,7 @@ class OnWall(_PlanTable):
 
     name: Name
     wall: Name
-    at: Number
+    at: Coordinate
     width: Length
 
     @property
@@ -233,7 +251,7 @@ class Standing(_PlanTable):
 
     name: Name
     at: Point
-    heading: Number = 0.0
+    heading: Degrees = 0.0
 
 
 class Furniture(Standing):
@@ -304,7 +322,7 @@ class Person(Standing):
     height: Annotated[float, Field(strict=True, ge=1.2, le=1.9)] = 1.74
     albedo: Share = 0.25
     walk: tuple[Point, ...] = ()
-    speed: Length = 1.2
+    speed: Speed = 1.2
 
     @property
     def path(self) -> tuple[Point, ...]:

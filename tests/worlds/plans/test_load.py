@@ -154,7 +154,8 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
         ),
         (
             'lamp = [{ name = "l", first = [1, 0], step = [0, 0], count = 4, lumen = 12000.0 }]',
-            "lamp[0].step: [0.0, 0.0] is not valid; 4 lamps would hang in each other",
+            "lamp[0].step: [0.0, 0.0] of 'l' is not valid; 4 lamps would hang in each other; valid is 1.2 m along x or "
+            "0.3 m along y at least",
         ),
         (
             'marking = [{ name = "m", points = [[1, 0], [3, 0], [3, 0]], material = "plaster" }]',
@@ -192,6 +193,17 @@ def test_a_day_of_which_no_sun_is_known_is_told(small: Text) -> None:
         ),
         ("[floor]", "[floor]\ntile = 0.0001", "floor.tile: 0.0001 is not valid; it should be metres, from 0.01 to 20"),
         ("[ceiling]", "[ceiling]\npanel = 60", "ceiling.panel: 60 is not valid; it should be metres, from 0.05 to 20"),
+        (
+            "start = [0, 1.2]\nend = [8, 1.2]",
+            "start = [0, 1200]\nend = [18000, 1200]",
+            "wall[0].end[0]: 18000 is not valid; it should be metres, from -10000 to 10000",
+        ),
+        (
+            "start = [0, 1.2]",
+            "start = [-18000, 1.2]",
+            "wall[0].start[0]: -18000 is not valid; it should be metres, from -10000 to 10000",
+        ),
+        ("height = 2.8", "height = 28000", "ceiling.height: 28000 is not valid; it should be metres, at most 10000"),
     ],
 )
 def test_a_measure_in_another_unit_is_told(small: Text, was: str, given: str, said: str) -> None:
@@ -204,6 +216,17 @@ def test_a_measure_in_another_unit_is_told(small: Text, was: str, given: str, sa
 def test_a_door_in_another_unit_is_told(small: Text, key: str, value: float, valid: str) -> None:
     said = message(small(f'door = [{{ name = "d1", wall = "left", at = 2, {key} = {value} }}]'))
     assert said == f"plan.toml: door[0].{key}: {value:g} is not valid; it should be metres, from {valid}"
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("heading = 7200000", "person[0].heading: 7200000 is not valid; it should be degrees, from -10000 to 10000"),
+        ("speed = 12000", "person[0].speed: 12000 is not valid; it should be metres a second, at most 10000"),
+    ],
+)
+def test_what_is_no_length_is_told_in_its_own_unit(small: Text, given: str, said: str) -> None:
+    assert message(small(f'person = [{{ name = "p", at = [4, 0], {given} }}]')) == f"plan.toml: {said}"
 
 
 def test_an_unknown_key_of_the_ceiling_is_told(small: Text) -> None:
