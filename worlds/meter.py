@@ -64,11 +64,6 @@ class Meter:
         return self._light.sky(cards) + self._light.lamps(cards)[:, 1] + self._light.indirect(cards)[:, 1]
 
 
-def illuminance(plan: FloorPlan, setting: LightSetting, point: ArrayLike, normal: ArrayLike) -> Reading:
-    """Measure once, as ``Meter.read`` does."""
-    return Meter(plan, setting).read(point, normal)
-
-
 def _card(point: ArrayLike, normal: ArrayLike) -> Cards:
     normals = np.asarray(normal, dtype=float).reshape(1, 3)
     length = float(np.linalg.norm(normals))

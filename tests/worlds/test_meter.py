@@ -6,7 +6,7 @@ from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.lighting.daylight import sun_direction
 from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
-from refseq_bench.worlds.meter import Meter, illuminance
+from refseq_bench.worlds.meter import Meter
 from refseq_bench.worlds.plans.load import load_plan, parse_plan
 from tests.worlds.conftest import SMALL, box, in_the_open
 
@@ -60,7 +60,7 @@ def test_light_of_a_window_is_that_of_a_luminous_rectangle() -> None:
     u, v = np.hypot(1, x), np.hypot(1, y)
     factor = 4 * (x / u * np.arctan(y / u) + y / v * np.arctan(x / v)) / (2 * np.pi)
     outside = (outdoors.sky + 0.2 * outdoors.ground) / 2
-    reading = illuminance(plan, DAY, (3, 0.5, 1.5), (0, -1, 0))
+    reading = Meter(plan, DAY).read((3, 0.5, 1.5), (0, -1, 0))
     assert reading.sky == pytest.approx((1 - FRAME_SHARE) * GLAZING["double"] * outside * factor, rel=1e-9)
 
 
@@ -94,7 +94,7 @@ def test_the_sun_is_only_in_its_patches(day: Meter) -> None:
 
 def test_readings_add_up_and_repeat(day: Meter) -> None:
     reading = day.read((12.5, 0, 1))
-    assert reading == illuminance(PLAN, DAY, (12.5, 0, 1), (0, 0, 3))
+    assert reading == Meter(PLAN, DAY).read((12.5, 0, 1), (0, 0, 3))
     assert reading.total == reading.sun + reading.sky + reading.lamps + reading.indirect
     assert reading.lamps == 0.0
 
@@ -107,11 +107,11 @@ def test_a_camera_gathers_what_the_lamps_colour_gives() -> None:
 
 
 def test_at_night_without_lamps_it_is_dark() -> None:
-    assert illuminance(PLAN, light_named("23:00,lamps=off"), (30, 0, 0), UP).total < 0.1
+    assert Meter(PLAN, light_named("23:00,lamps=off")).read((30, 0, 0), UP).total < 0.1
 
 
 def test_without_windows_the_day_is_dark() -> None:
-    assert illuminance(parse_plan(SMALL.format(top="", end="")), DAY, (4, 0, 0), UP).total == 0.0
+    assert Meter(parse_plan(SMALL.format(top="", end="")), DAY).read((4, 0, 0), UP).total == 0.0
 
 
 def test_a_card_must_face_somewhere(day: Meter) -> None:
@@ -126,11 +126,11 @@ def test_a_card_must_face_somewhere(day: Meter) -> None:
 def test_level_ground_in_the_open_gets_sun_and_sky() -> None:
     plan = parse_plan(in_the_open())
     outdoors = photometry(plan, DAY).outdoors
-    up, down = (illuminance(plan, DAY, (0, 0, 0.5), normal) for normal in (UP, DOWN))
+    up, down = (Meter(plan, DAY).read((0, 0, 0.5), normal) for normal in (UP, DOWN))
     assert up.total == pytest.approx(outdoors.ground)
     assert (down.sun, down.sky) == (0.0, 0.0)
     assert down.total == pytest.approx(0.2 * outdoors.ground)
-    upright = illuminance(plan, DAY, (0, 0, 0.5), (1, 0, 0))
+    upright = Meter(plan, DAY).read((0, 0, 0.5), (1, 0, 0))
     assert upright.sky == pytest.approx(outdoors.sky / 2)
 
 

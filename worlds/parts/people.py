@@ -5,13 +5,16 @@ person who walks have mocap bodies of the same names: they go where they are put
 """
 
 import math
+from functools import partial
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 
+from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.parts.facets import add_mesh
 from refseq_bench.worlds.parts.figure import HEIGHT, HIP, PARTS, BodyPart, clothes, skin
-from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.parts.site import Draw, Site
 from refseq_bench.worlds.parts.walk import STEP, Stance, Walk
 from refseq_bench.worlds.plans.schema import FloorPlan, Material, Person
 
@@ -37,11 +40,8 @@ def place_people(site: Site, plan: FloorPlan) -> None:
 
 def _place(site: Site, person: Person) -> None:
     key = f"person:{person.name}"
-    rng = site.rng(key)
-    image = clothes(person.albedo, rng)
-    material = site.picture(key, lambda: image, Material(albedo=person.albedo, roughness=0.9))
-    sway = rng.uniform(*ARM_SWAY, len(PARTS)) * ["arm" in part.name for part in PARTS]
-    swings = np.zeros(len(PARTS)) if person.walk else sway
+    draw, swings = (_walking if person.walk else _standing)(person, site.rng(key))
+    material = site.picture(key, draw, Material(albedo=person.albedo, roughness=0.9))
     posture = _posture(_first_stance(person), person.height / HEIGHT, swings.tolist(), 0.0)
     for part, (pos, quat) in zip(PARTS, posture, strict=True):
         name = add_mesh(site, _name(person, part), skin(part, person.height))
@@ -50,6 +50,17 @@ def _place(site: Site, person: Person) -> None:
             site.meshed(name, name, material, body=body)
         else:
             site.meshed(name, name, material, pos=pos, quat=quat)
+
+
+def _walking(person: Person, rng: Generator) -> tuple[Draw, Floats]:
+    """The picture of somebody who walks, painted where it is wanted, and their arms, which hang straight down."""
+    return partial(clothes, person.albedo, rng), np.zeros(len(PARTS))
+
+
+def _standing(person: Person, rng: Generator) -> tuple[Draw, Floats]:
+    """The picture of somebody who stands, and how their arms hang [rad], which is drawn after it."""
+    image = clothes(person.albedo, rng)
+    return lambda: image, rng.uniform(*ARM_SWAY, len(PARTS)) * ["arm" in part.name for part in PARTS]
 
 
 def _first_stance(person: Person) -> Stance:

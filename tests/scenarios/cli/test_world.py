@@ -12,7 +12,7 @@ from refseq_bench import robots
 from refseq_bench.scenarios.world_survey.facts import robot_box
 from refseq_bench.scenarios.world_survey.library import routes_text
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.meter import illuminance
+from refseq_bench.worlds.meter import Meter
 from refseq_bench.worlds.plans.generate import corridor
 from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
 from tests.scenarios.conftest import Answer, Refseq
@@ -142,7 +142,7 @@ def test_lux_is_what_the_meter_reads_there(worlds: Worlds) -> None:
     assert answer.code == 0
     assert answer.out.startswith("small at 21:00, the sun is ")
     plan = parse_plan(SMALL.format(top="", end=""))
-    reading = illuminance(plan, light_named("21:00,lamps=on"), (4, 0, 1), (0, 1, 0))
+    reading = Meter(plan, light_named("21:00,lamps=on")).read((4, 0, 1), (0, 1, 0))
     assert "at [m]" in answer.out
     assert "sun [lx]" in answer.out
     row = next(line.split() for line in answer.out.splitlines() if line.split()[:1] == ["4,0,1"])

@@ -22,7 +22,7 @@ from refseq_bench.worlds.lighting.open_air import (
     head_of,
 )
 from refseq_bench.worlds.lighting.sky import elevations, sky
-from refseq_bench.worlds.meter import illuminance
+from refseq_bench.worlds.meter import Meter
 from refseq_bench.worlds.plans.load import parse_plan
 from refseq_bench.worlds.plans.schema import FloorPlan
 from tests.worlds.conftest import in_the_open
@@ -94,7 +94,7 @@ def card_luminances(world: World) -> dict[str, float]:
 def test_white_cards_that_face_all_ways_have_the_meters_luminance(light: str) -> None:
     seen = card_luminances(lit(light))
     for i, (name, normal) in enumerate(SIDES.items()):
-        lux = illuminance(yard(), light_named(light), (-10.0 + 5.0 * i, 0.0, CARD), normal).total
+        lux = Meter(yard(), light_named(light)).read((-10.0 + 5.0 * i, 0.0, CARD), normal).total
         assert seen[name] == pytest.approx(lux / np.pi, rel=0.05), name
 
 
@@ -120,13 +120,13 @@ def test_image_lights_faces_give_what_two_halves_of_a_sphere_would(above: float,
     ],
 )
 def test_level_ground_gets_as_much_as_others_measured(light: str, low: float, high: float) -> None:
-    assert low < illuminance(yard(), light_named(light), (0, 0, 0), (0, 0, 1)).total < high
+    assert low < Meter(yard(), light_named(light)).read((0, 0, 0), (0, 0, 1)).total < high
 
 
 def test_a_card_in_the_shade_of_a_wall_gets_no_sun() -> None:
     light = light_named("20:00,date=2008-06-15")  # in the north-west, behind the wall
-    assert illuminance(yard(), light, (0, 14, 0.5), UP).sun == 0.0
-    assert illuminance(yard(), light, (0, 14, 4.5), UP).sun > 0.0
+    assert Meter(yard(), light).read((0, 14, 0.5), UP).sun == 0.0
+    assert Meter(yard(), light).read((0, 14, 4.5), UP).sun > 0.0
 
 
 # --- the sky that is seen ---
@@ -200,7 +200,7 @@ def test_a_street_lamp_gives_all_its_lumen() -> None:
 def test_below_a_street_lamp_light_falls_with_the_square_of_the_distance() -> None:
     night, (post,) = light_named("02:00"), yard().post
     x, y, z = head_of(post)
-    lux = [illuminance(yard(), night, (x, y, z - d), (0, 0, 1)).lamps for d in (1.0, 2.0, 4.0)]
+    lux = [Meter(yard(), night).read((x, y, z - d), (0, 0, 1)).lamps for d in (1.0, 2.0, 4.0)]
     assert np.array(lux) * [1.0, 4.0, 16.0] == pytest.approx(axial(post))
 
 
@@ -217,7 +217,7 @@ def test_ground_under_a_street_lamp_is_as_bright_as_the_meter_says() -> None:
         looking(spec, f"at {i}", np.add(pos, [0, 0, 1.5]), np.array([0.0, 0.0, -1.0]), 5.0)
     seen = pictures(spec, (32, 24))
     for i, off in enumerate((0.0, 3.0, 6.0)):
-        reading = illuminance(yard(), light_named("02:00"), (x + off, y, 0.055), UP)
+        reading = Meter(yard(), light_named("02:00")).read((x + off, y, 0.055), UP)
         lux = camera_weight(2700.0) * reading.lamps + reading.sky + reading.indirect
         assert seen[f"at {i}"].mean() == pytest.approx(lux / np.pi, rel=0.05)
 
@@ -225,8 +225,8 @@ def test_ground_under_a_street_lamp_is_as_bright_as_the_meter_says() -> None:
 def test_lamps_burn_in_the_dark_and_by_hand() -> None:
     assert lit("13:00").photometry.lit_posts == ()
     assert lit("02:00").photometry.lit_posts == yard().post
-    assert illuminance(yard(), light_named("13:00,lamps=on"), (-14, -10, 0), UP).lamps > 30.0
-    assert illuminance(yard(), light_named("02:00,lamps=off"), (-14, -10, 0), UP).lamps == 0.0
+    assert Meter(yard(), light_named("13:00,lamps=on")).read((-14, -10, 0), UP).lamps > 30.0
+    assert Meter(yard(), light_named("02:00,lamps=off")).read((-14, -10, 0), UP).lamps == 0.0
 
 
 # --- shadows ---

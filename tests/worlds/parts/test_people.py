@@ -8,7 +8,8 @@ import pytest
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.errors import PlanError
 from refseq_bench.worlds.light import light_named
-from refseq_bench.worlds.parts.figure import PARTS, skin
+from refseq_bench.worlds.parts import people
+from refseq_bench.worlds.parts.figure import PARTS, clothes, skin
 from refseq_bench.worlds.parts.people import Crowd
 from refseq_bench.worlds.parts.site import SOLID
 from refseq_bench.worlds.parts.walk import Walk
@@ -56,6 +57,17 @@ def test_those_who_walk_are_mocap_bodies_and_those_who_stand_are_of_the_world(mo
     for part in ("", ":left-arm", ":right-arm", ":left-leg", ":right-leg"):
         assert model.body(f"person:busy{part}").mocapid[0] >= 0
         assert model.geom(f"person:still{part}").bodyid[0] == 0
+
+
+@pytest.mark.parametrize(("pictured", "painted"), [(True, [0.1, 0.25]), (False, [0.1])])
+def test_who_walks_is_painted_only_for_cameras(
+    plan: FloorPlan, monkeypatch: pytest.MonkeyPatch, pictured: bool, painted: list[float]
+) -> None:
+    """The arms of somebody who stands are drawn after their picture, so that one is always painted."""
+    found: list[float] = []
+    monkeypatch.setattr(people, "clothes", lambda albedo, rng: found.append(albedo) or clothes(albedo, rng))
+    build_world(plan, light_named("18:00"), seed=0, pictured=pictured)
+    assert found == painted
 
 
 @pytest.mark.parametrize("height", [0.2, 0.3, 0.5])
