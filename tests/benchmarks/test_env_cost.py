@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from mujoco.batch import Batch
 
-import refseq_bench.sim.envs
 from refseq_bench.robots.robuter.control import RobuterControl
 from refseq_bench.sim.envs.episodes.actions import ByBehaviour
+from refseq_bench.sim.envs.registry import NAMESPACE, PERIODS, SUFFIXES, TASKS
 from refseq_bench.sim.envs.vector import LayoutBatch
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 from refseq_bench.sim.sensors.laser import Laser
@@ -76,10 +76,19 @@ def vector(name: str, **made_with: Any) -> float:
     return found
 
 
-@pytest.mark.parametrize("name", refseq_bench.sim.envs.IDS)
-def test_steps_a_second_of_each(name: str) -> None:
-    clock, processor = single(name)
-    print(f"\n{name:32s} {processor:6.1f} steps/s of a core, {clock:6.1f} by the clock", end="")
+@pytest.mark.parametrize("task", TASKS)
+def test_behaviours_cost_little_more_than_the_twists_of_their_time(task: str) -> None:
+    simulated = {}
+    for actions, suffix in SUFFIXES.items():
+        name = f"{NAMESPACE}/{task}{suffix}-v0"
+        clock, processor = single(name)
+        simulated[actions] = processor * PERIODS[actions]
+        print(f"\n{name:32s} {processor:6.1f} steps/s of a core, {clock:6.1f} by the clock", end="")
+        print(f", {simulated[actions]:.1f} s of the robot's", end="")
+    # Both simulate the same robot: what is learnt by trying has to be faster than trying it out on the real one, and
+    # to decide what to do next never takes longer than all that it is decided for.
+    assert min(simulated.values()) > 1
+    assert simulated["behaviours"] > 0.5 * simulated["twist"]
 
 
 @pytest.mark.parametrize("robot", ["robuter", "segway_rmp"])

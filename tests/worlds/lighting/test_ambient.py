@@ -10,7 +10,6 @@ from refseq_bench.worlds.lighting.ambient import AXES, CLEARANCE, EYE, Ambient, 
 from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.lighting.photometry import photometry, spot_illuminance, spots
 from refseq_bench.worlds.meter import Meter
-from refseq_bench.worlds.plans.areas import Rectangle
 from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import box, corner
 
@@ -53,7 +52,6 @@ def test_light_of_the_same_size_everywhere() -> None:
     even = Ambient.even(7.0)
     assert even.at((0.3, 0.3)) == pytest.approx(7.0)
     assert even.at((-5, 99, 3)) == pytest.approx(7.0)
-    assert isinstance(even.grids[0].area, Rectangle)
 
 
 def test_it_is_worked_out_once_and_only_for_who_asks(
