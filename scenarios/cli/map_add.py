@@ -55,15 +55,13 @@ def add(
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """Let a map grow by a later drive along its paths: what was not recognised well is kept of it."""
-    from refseq.map.growth.adding import GrowthSettings, add_drive
-    from refseq_bench.scenarios.maps.explored import check_target
-    from refseq_bench.scenarios.maps.merge_notes import STRETCHED
-
     target = output or map_file
     check_output(target, of=[drive_file, *selection.chosen().files])
     replacing = replacement(target, [map_file])
     map_ = load_map(map_file)
     if explore:
+        from refseq_bench.scenarios.maps.explored import check_target
+
         check_target(map_file, map_, target)
     drive = read_drive(drive_file, selection.with_noise(seed + 1))
     if explore:
@@ -73,6 +71,10 @@ def add(
         with replacing:
             _add_paths(found, map_file, drive_file, target, as_json=as_json)
         return
+
+    from refseq.map.growth.adding import GrowthSettings, add_drive
+    from refseq_bench.scenarios.maps.merge_notes import STRETCHED
+
     rules = GrowthSettings(well=well, most=most)
     grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
     if not grown.known or output is not None:

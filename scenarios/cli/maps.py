@@ -146,15 +146,11 @@ def merge(
     A map that was merged before is taken apart into the maps that it was made of, which have to be where they were: so
     all joins are decided about anew, and the order of merging changes nothing. A person's decisions stay.
     """
-    from refseq.atlas.decision import leave_it
-    from refseq.atlas.merge import merge_maps
-    from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins, members
     from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
-    from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
     _check_merge_files(output, write_decisions, page, recordings or [])
-    settings, replacing = OverlapSettings(least=min_overlap), replacement(output, maps)
+    replacing = replacement(output, maps)
     files, before, loaded = members.TakenApart(maps, [], {}) if keep_joins else members.with_members(maps)
     # A map that was merged before may be replaced: its members stay.
     check_output(output, write_decisions, page, of=files)
@@ -163,7 +159,13 @@ def merge(
     asked = members.newest(given.persons, before)
     read = read_maps(files, asked, given.machines, loaded=loaded)
     wishes = in_order(asked, read)
-    merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
+
+    from refseq.atlas.decision import leave_it
+    from refseq.atlas.merge import merge_maps
+    from refseq.atlas.overlap import OverlapSettings
+    from refseq_bench.scenarios.maps.merge_notes import merge_notes
+
+    merged = merge_maps(read, OverlapSettings(least=min_overlap), ask if confirm else leave_it, wishes)
     check_made(merged.decisions, joins.BY_A_PERSON)
     whole = members.with_record(merged, read, files, output, wishes)
     with replacing:
@@ -257,16 +259,18 @@ def similarity(
     as_json: Json = False,
 ) -> None:
     """Compare the views of two maps, and tell the stretches that they share; nothing is merged."""
+    from refseq_bench.scenarios.maps.checks import read_maps
+
+    check_output(output, arrays, of=[one, other])
+    first, second = read_maps([one, other], first_of_one_path=True)
+
     from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
-    from refseq_bench.scenarios.maps.checks import read_maps
     from refseq_bench.scenarios.maps.joins import decision_table
     from refseq_bench.scenarios.maps.similarity import similarity_of, write_arrays
 
-    check_output(output, arrays, of=[one, other])
-    settings = OverlapSettings(least=min_overlap)
-    first, second = read_maps([one, other], first_of_one_path=True)
-    every, matrices = merge_maps([first, second], settings).decisions, similarity_of(first, second)
+    every = merge_maps([first, second], OverlapSettings(least=min_overlap)).decisions
+    matrices = similarity_of(first, second)
     decisions = [decision for decision in every if decision.one != decision.other]
     if as_json:
         print_json(decisions)
@@ -307,7 +311,6 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Draw the paths of a merged map where joins and odometry put them, and tell the error where truth is known."""
-    from refseq.atlas.sharing import loops_of
     from refseq.map.map import Map
     from refseq_bench.scenarios.maps.floor_plan import check_asked, lay_floor
     from refseq_bench.scenarios.maps.plan import check_plan, plan_error
@@ -316,6 +319,9 @@ def plan(
     check_output(output, of=[map_file, floor])
     map_ = Map.load(map_file)
     check_plan(map_, map_file)
+
+    from refseq.atlas.sharing import loops_of
+
     laid_on = lay_floor(floor, at or [], map_) if floor is not None else None
     error = plan_error(map_)
     laid = [path.name for path in map_.paths if len(path.poses)]
@@ -360,11 +366,13 @@ def route(
     as_json: Json = False,
 ) -> None:
     """Find the shortest route between two places of a map; paths are driven one way only."""
-    from refseq.atlas.routes import NoRouteError, place_of, shortest_route, why_none
     from refseq.map.map import Map
-    from refseq_bench.scenarios.maps.routes import leg_table, route_in_words
 
     map_ = Map.load(map_file)
+
+    from refseq.atlas.routes import NoRouteError, place_of, shortest_route, why_none
+    from refseq_bench.scenarios.maps.routes import leg_table, route_in_words
+
     ends = place_of(map_, start), place_of(map_, goal)
     try:
         found = shortest_route(map_, *ends)

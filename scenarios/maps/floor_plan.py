@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.routes import place_of
 from refseq.errors import MapError
 from refseq.logs.pictures.source import FilePicture
 from refseq.map.map import Map
@@ -162,6 +161,8 @@ def _mark(text: str, map_: Map) -> FloorMark:
 def _place(name: str, map_: Map) -> int:
     """A place by its number, counted through, or by PATH:VIEW. Raises ``MapError``."""
     if ":" in name:
+        from refseq.atlas.routes import place_of  # its graphs take a tenth of a second to import
+
         return place_of(map_, name)
     if not re.fullmatch("[0-9]{1,9}", name) or int(name) >= len(map_):
         raise MapError(

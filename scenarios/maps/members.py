@@ -5,15 +5,17 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.merge import Merged
 from refseq.map.growth.record import GrowthRecord
 from refseq.map.map import Map
 from refseq.map.merge_record import Member, MergeRecord, Ruling
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON
+
+if TYPE_CHECKING:  # members are looked for before anything is merged
+    from refseq.atlas.merge import Merged
 
 
 class TakenApart(NamedTuple):
@@ -77,7 +79,7 @@ def _digest(path: Path) -> str:
 
 
 def with_record(
-    merged: Merged, read: Sequence[Map], files: Sequence[Path], output: Path, wishes: Sequence[Decision]
+    merged: "Merged", read: Sequence[Map], files: Sequence[Path], output: Path, wishes: Sequence[Decision]
 ) -> Map:
     """The merged map with a record of its members, where each of them is a map of one path."""
     if not all(one.has_one_path for one in read):

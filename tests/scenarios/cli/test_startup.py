@@ -80,7 +80,6 @@ LOGS = {*PICTURES, "foxglove", "mcap", "rosbags"}
 ROBOTS = {*PICTURES, "mujoco"}
 DRIVES = {*ROBOTS, "foxglove"}
 MAPS = {*PICTURES, "scipy.sparse", "scipy.special"}
-GRAPHS = {*MAPS, "networkx"}
 CHEAP = (
     (
         set(),
@@ -159,10 +158,14 @@ CHEAP = (
         "demo --light none",
         "learn none.mcap -o none.refseq",
         "localise none.refseq drive.mcap",
+        "map add none.refseq drive.mcap",
         "map channel none.refseq drive.mcap",
         "map compact none.refseq -o small.refseq",
         "map matrix map.refseq",
+        "map merge none.refseq map.refseq -o none.refseq",
         "map paths none.refseq drive.mcap",
+        "map plan map.refseq -o none.png",
+        "map similarity none.refseq map.refseq",
         "mission page nowhere",
         "mission plan map.refseq",
         "mission run none.refseq",
@@ -172,12 +175,8 @@ CHEAP = (
         "report none.refseq drive.mcap none.parquet -o none.html",
     ),
     (
-        GRAPHS,
-        "map add none.refseq drive.mcap",
-        "map merge none.refseq map.refseq -o none.refseq",
-        "map plan map.refseq -o none.png",
+        {*MAPS, "networkx"},
         "map route map.refseq map:0 map:1",
-        "map similarity none.refseq map.refseq",
     ),
 )
 """Packages that are needed for what costs little, such as a list or a name that there is not, and commands for it.
