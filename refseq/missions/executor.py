@@ -350,12 +350,12 @@ class Executor:
     # --- from order to order ---
 
     def _arrive(self, at: float) -> None:
-        """Take the place where something else begins [m] for its own; tell where it was not believed to be near it."""
+        """Take the place where something else begins [m] for the robot's, and tell where views had it elsewhere."""
         apart = at - self.along
         if abs(apart) > self.settings.progress.near:
             side = "ahead of" if apart > 0 else "behind"
-            placed = "views place" if self._localised else "the odometer places"
-            self._tell(f"goes on from {at:z.1f} m, {abs(apart):.1f} m {side} where {placed} it", Level.WARN)
+            told = f"goes on from {at:z.1f} m, {abs(apart):.1f} m {side} where it was believed to be"
+            self._tell(told, Level.WARN)
         self._progress.along = at
 
     def _begin(self, number: int) -> None:
