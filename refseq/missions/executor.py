@@ -15,7 +15,7 @@ from refseq.belief import Belief
 from refseq.missions.agenda import Agenda
 from refseq.missions.behaviour_codes import lengthened, steered
 from refseq.missions.language import MissionError
-from refseq.missions.log import Entry, Level
+from refseq.missions.log import Entry, Level, Touch
 from refseq.missions.plan import Order, Plan, Sought
 from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
 from refseq.missions.status import TRANSITIONS, Status
@@ -159,8 +159,12 @@ class Executor:
                 self._pass()
             # Where an order ends that leaves the way, nobody knows.
             if self.order.travels or not self._agenda.at_end:
-                self._progress.along = self.plan.end_of(self._agenda.number)
+                self._arrive(self.plan.end_of(self._agenda.number))
             self._next()
+
+    def touched(self, touch: Touch) -> None:
+        """The robot has touched something, on its way or while it comes to rest behind its end."""
+        self.log.append(Entry(touch.time, self.along, str(touch), Level.WARN))
 
     def done(self) -> None:
         """The task that was asked for is done."""
@@ -344,6 +348,15 @@ class Executor:
         self._fail(f"{self._agenda.target} not found: {went:.1f} m gone, believed to be {self._left:z.1f} m ahead")
 
     # --- from order to order ---
+
+    def _arrive(self, at: float) -> None:
+        """Take the place where something else begins [m] for the robot's, and tell where views had it elsewhere."""
+        apart = at - self.along
+        if abs(apart) > self.settings.progress.near:
+            side = "ahead of" if apart > 0 else "behind"
+            told = f"goes on from {at:z.1f} m, {abs(apart):.1f} m {side} where it was believed to be"
+            self._tell(told, Level.WARN)
+        self._progress.along = at
 
     def _begin(self, number: int) -> None:
         """Begin with an order; its tasks come first, where they are still due and its place is not behind the robot."""

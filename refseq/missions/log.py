@@ -13,6 +13,17 @@ class Level(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Touch:
+    """First touch of a ``thing`` of the world, by its name, at a ``time`` [s] of the mission."""
+
+    time: float
+    thing: str
+
+    def __str__(self) -> str:
+        return f"touches {self.thing}"
+
+
+@dataclass(frozen=True, slots=True)
 class Entry:
     """A line of the log: when [s], where the robot believed itself to be [m along its way], and what happened."""
 

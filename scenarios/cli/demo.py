@@ -23,8 +23,6 @@ from refseq_bench.scenarios.drives.evaluate import compare
 from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.report.document import write_report
 from refseq_bench.scenarios.scoring.comparison import Comparison
-from refseq_bench.worlds.drawing.outline import outline_of
-from refseq_bench.worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +47,10 @@ def run_demo(demo: Demo, folder: Path, step: Step) -> list[Comparison]:
     # By light first, so that the seeds of each experiment stand together.
     comparisons = [comparison for of_one_light in zip(*by_seed, strict=True) for comparison in of_one_light]
     step("report")
-    plan = load_plan(demo.reference.world)
     write_report(
         folder / "report.html",
         comparisons,
         title=f"{demo.reference.world}: {demo.reference.light} → {', '.join(demo.lights)}",
-        outline=outline_of(plan),
     )
     return comparisons
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from refseq.belief import Belief, LocaliserProtocol
 from refseq.missions import Executor, Plan, Status, TrueWay
 from refseq.missions.behaviour_codes import code_of
 from refseq.missions.lamp import LampStage
+from refseq.missions.log import Touch
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.robots.behaviours.written import parse_behaviour
@@ -20,12 +22,12 @@ from refseq_bench.scenarios.drives.selection import only
 from refseq_bench.scenarios.missions.leader import Leader
 from refseq_bench.scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.faults import Fault, FaultSchedule, Traveller
 from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment
 from refseq_bench.sim.missions.lamp import LampEnded, run_lamp
 from refseq_bench.sim.missions.mission import DrivenMission, run_mission
+from refseq_bench.sim.missions.touches import TouchLog
 
 NOWHERE = (math.nan, math.nan)
 """The goal of a mission that leaves the way: nobody knows it."""
@@ -159,7 +161,7 @@ def _told_run(
         log=tuple(MissionLogLine(entry.time, entry.along, entry.what) for entry in executor.log),
         goal=end,
         **asdict(measure),
-        touched=mission.touched,
+        touches=mission.touches,
         lost=losses,
         views=len(mission.seen),
     )
@@ -184,7 +186,7 @@ def run_program(
 
     The ``drive`` tells its faults, and how long all stages together may last.
     """
-    touches, watcher = ContactLog(bench), _Watcher(bench, ground, drive.faults)
+    touches, watcher = TouchLog(bench), _Watcher(bench, ground, drive.faults)
     end = goal or _pair(ground, plan.goal)
     measure = mission_bounds(plan, ground, bench.pose, bench.robot.limits, end)
 
@@ -203,10 +205,10 @@ def run_program(
         track=np.concatenate([times, poses, np.full_like(times, math.nan)], axis=1),
         orders=tuple(Ordered(math.nan, str(stage), "", np.zeros((0, 2))) for stage in stages),
         switches=tuple(enumerate(_begun(ended))),
-        log=_told(ended),
+        log=_told(ended, touches.touches),
         goal=end,
         **asdict(measure),
-        touched=touches.found,
+        touches=touches.touches,
     )
     return MissionResult(run)
 
@@ -259,11 +261,12 @@ def _begun(ended: LampEnded) -> list[float]:
     return [0.0, *np.cumsum([one.end.time for one in ended.stages]).tolist()][: len(ended.stages)]
 
 
-def _told(ended: LampEnded) -> tuple[MissionLogLine, ...]:
-    """A line a stage, when it ends."""
+def _told(ended: LampEnded, touches: Sequence[Touch]) -> tuple[MissionLogLine, ...]:
+    """A line a stage, when it ends, and one for each thing that was touched."""
     ends = np.cumsum([one.end.time for one in ended.stages]).tolist()
     lines = (
         f"{number}. {one.stage}: {one.end.outcome.name.lower()}, {one.end.why}"
         for number, one in enumerate(ended.stages, 1)
     )
-    return tuple(MissionLogLine(time, math.nan, line) for time, line in zip(ends, lines, strict=True))
+    told = [*((touch.time, str(touch)) for touch in touches), *zip(ends, lines, strict=True)]
+    return tuple(MissionLogLine(time, math.nan, line) for time, line in sorted(told, key=itemgetter(0)))

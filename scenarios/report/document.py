@@ -6,6 +6,7 @@ from pathlib import Path
 from refseq.files import replace_text
 from refseq.logs.notes import NOTES
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.report.outline import outline_for
 from refseq_bench.scenarios.report.page import rendered
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.sections.experiment import SectionSettings, section
@@ -30,21 +31,23 @@ def write_report(
     """Write the report of some comparisons to ``path``, replacing it in one step.
 
     Comparisons of the same name are seeds of one experiment: they are pooled in the tables, and the first of them that
-    has true poses is drawn. ``outline`` are the world's walls as polylines of (m, 2) points [m]; ``tolerances`` the
-    wide and the narrow one of an experiment by its name, by default 1.5 and 0.5 m. Raises ``ScenarioError`` without any
-    comparison.
+    has true poses is drawn. ``outline`` are the walls that all queries were driven between, as polylines of (m, 2)
+    points [m]; None: those that the recording of the drawn query tells. ``tolerances`` are the wide and the narrow one
+    of an experiment by its name, by default 1.5 and 0.5 m. Raises ``ScenarioError`` without any comparison.
     """
     if not comparisons:
         raise ScenarioError("a report of 0 comparisons; valid is at least one")
     names = dict.fromkeys(comparison.name for comparison in comparisons)
+    runs = {name: [one for one in comparisons if one.name == name] for name in names}
     near = {name: (tolerances or {}).get(name, (WIDE, NARROW)) for name in names}
-    settings = {name: SectionSettings(*both, outline=outline) for name, both in near.items()}
+    walls = {name: outline_for(same) if outline is None else outline for name, same in runs.items()}
+    settings = {name: SectionSettings(*both, outline=walls[name]) for name, both in near.items()}
     page = rendered(
         "report.html.j2",
         title=title,
         facts=facts(comparisons),
         details=details(comparisons),
-        sections=[section(name, [one for one in comparisons if one.name == name], settings[name]) for name in names],
+        sections=[section(name, same, settings[name]) for name, same in runs.items()],
     )
     replace_text(path, page)
 

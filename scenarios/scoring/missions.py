@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.missions.log import Touch
 from refseq.missions.true_way import distance_to
 from refseq_bench.scenarios.scoring.proportion import Proportion
 
@@ -52,6 +53,7 @@ class MissionRun:
     true x, y [m], heading [rad] and where it believed itself to be [m along its way]. ``switches`` are the orders that
     were begun: number and time [s]. ``goal`` (2,) [m] is where it should end, ``way`` [m] how far that is at least,
     ``ideal`` [s] the time that this takes at the robot's limits, ``optimal`` [s] the same without its turns.
+    ``touches`` are the first ones of each thing that the robot touched.
     """
 
     completed: bool
@@ -64,7 +66,7 @@ class MissionRun:
     way: float
     ideal: float
     optimal: float
-    touched: tuple[str, ...] = ()
+    touches: tuple[Touch, ...] = ()
     lost: int = 0
     views: int = 0
     refused: bool = False
@@ -73,6 +75,11 @@ class MissionRun:
     def time(self) -> float:
         """Duration [s]."""
         return float(self.track[-1, 0])
+
+    @property
+    def touched(self) -> tuple[str, ...]:
+        """The names of the things that the robot touched."""
+        return tuple(touch.thing for touch in self.touches)
 
     def position(self, time: float) -> NDArray[np.float64]:
         """Where the robot really was (2,) [m]."""

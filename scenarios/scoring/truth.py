@@ -24,6 +24,11 @@ def missing_truth(comparison: Comparison) -> str:
     return "the query drive has no true poses" if reference else "neither what was learnt nor the query has true poses"
 
 
+def first_with_truth(comparisons: Sequence[Comparison]) -> int:
+    """The number of the first of some comparisons that has true poses, which is drawn for all; 0 where none has."""
+    return next((number for number, one in enumerate(comparisons) if not missing_truth(one)), 0)
+
+
 def unscored_reason(comparisons: Sequence[Comparison]) -> str:
     """Say why none of some comparisons can be scored; empty where one can."""
     missing = [missing_truth(one) for one in comparisons]

@@ -10,19 +10,20 @@ from numpy.typing import NDArray
 from refseq.belief import Belief
 from refseq.missions.behaviour_codes import lengthened
 from refseq.missions.executor import Do, Executor
+from refseq.missions.log import Touch
 from refseq.missions.lookout import Lookout
 from refseq.missions.tasks import Call, Photograph, Task
 from refseq.view import View
 from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours import BehaviourOutcome
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.rest import come_to_rest
 from refseq_bench.sim.drives.behaviour_runner import RunningBehaviour, behaviour_in, description_of, senses_of
 from refseq_bench.sim.drives.trigger import Moved, Trigger
 from refseq_bench.sim.drives.view_spacing import CLOSER, LOOKING, MISSION_EVERY
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.missions.touches import TouchLog
 
 TIMEOUT = 1800.0
 """A mission lasts no longer [s], where nothing else is asked for: a choice."""
@@ -48,15 +49,20 @@ class DrivenMission:
     """Record of a mission that was driven.
 
     ``track`` (n, 5) holds, each control period: time [s], true x, y [m], heading [rad], and where the robot believed
-    itself to be [m along its way]. ``switches`` are the orders that were begun: number and time [s]. ``touched`` are
-    the things that the robot touched.
+    itself to be [m along its way]. ``switches`` are the orders that were begun: number and time [s]. ``touches`` are
+    the first ones of each thing that the robot touched.
     """
 
     executor: Executor
     track: NDArray[np.float64]
     seen: tuple[MissionView, ...]
-    touched: tuple[str, ...]
+    touches: tuple[Touch, ...]
     photographs: Mapping[str, Mapping[str, NDArray[np.uint8]]]
+
+    @property
+    def touched(self) -> tuple[str, ...]:
+        """The names of the things that the robot touched."""
+        return tuple(touch.thing for touch in self.touches)
 
 
 @dataclass
@@ -109,7 +115,7 @@ class _MissionRun:
     ) -> None:
         self._bench, self._executor, self._localiser = bench, executor, localiser
         self._trigger, self._hands, self._description = trigger, hands, description_of(bench.robot)
-        self._touches, self._lookout = ContactLog(bench), Lookout(executor)
+        self._touches, self._lookout = TouchLog(bench), Lookout(executor)
         self._behaviours = RunningBehaviour(self._description)
         self._moved, self._began = Moved(), bench.time
         self._start = bench.state.distance
@@ -130,7 +136,7 @@ class _MissionRun:
                 executor.abort(f"not over after {timeout:g} s")
         come_to_rest(bench, self._note)
         track = np.array(self._track).reshape(-1, 5)
-        return DrivenMission(executor, track, tuple(self._seen), self._touches.found, self._hands.photographs)
+        return DrivenMission(executor, track, tuple(self._seen), self._touches.touches, self._hands.photographs)
 
     def _period(self, do: Do) -> None:
         """One control period: steer, tell the executor how far it is, take a view where one is due."""
@@ -177,6 +183,7 @@ class _MissionRun:
 
     def _note(self) -> None:
         """Keep what a control period has led to."""
-        self._touches.look()
+        for touch in self._touches.look():
+            self._executor.touched(touch)
         pose, executor = self._bench.pose, self._executor
         self._track.append((self._bench.time - self._began, pose.x, pose.y, pose.heading, executor.along))

@@ -1,6 +1,7 @@
 """A plan is known by what a recording holds of it, not by its name; recordings that hold none are known by that."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,15 @@ from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.drawing.outline import outline_of
 from refseq_bench.worlds.plans.load import load_plan
-from refseq_bench.worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.plans.schema import FloorPlan, Furniture
+from tests.support import corridor_comparison
 
 OFFICES = load_plan("offices")
 NAMESAKE = OFFICES.model_copy(update={"name": "hallway"})
 BARE = OFFICES.model_copy(update={"poster": (), "furniture": ()})
+
+TROLLEY = Furniture(name="trolley", kind="table", at=(6.0, 0.8), width=0.9, depth=0.5, height=0.9, material="metal")
+ALTERED = OFFICES.model_copy(update={"furniture": (TROLLEY,)})
 
 
 def told(plan: FloorPlan, **more: str) -> dict[str, object]:
@@ -61,11 +66,19 @@ def test_without_a_plan_a_name_counts(metadata: dict[str, object], world: str | 
     assert driven_plan(metadata) == (world and load_plan(world))
 
 
-def test_a_report_draws_the_walls_that_were_driven_between() -> None:
-    def walls(*references: dict[str, object]) -> Any:
-        return outline_for([Comparison("one", (), one, (), {}, {}) for one in references])
+def test_a_report_draws_the_walls_that_the_query_was_driven_between() -> None:
+    def walls(query: dict[str, object], *more: dict[str, object]) -> Any:
+        return outline_for([Comparison("one", (), told(OFFICES), (), one, {}) for one in (query, *more)])
 
+    np.testing.assert_equal(walls(told(ALTERED)), outline_of(ALTERED))
     np.testing.assert_equal(walls(told(NAMESAKE)), outline_of(OFFICES))
-    np.testing.assert_equal(walls(told(BARE), told(OFFICES)), outline_of(BARE))
-    assert walls(told(NAMESAKE), {"world": "hallway"}) is None
-    assert walls({}) is None
+    np.testing.assert_equal(walls(told(ALTERED), told(OFFICES)), outline_of(ALTERED))
+    assert walls({}) is None, "where the query was nobody knows"
+
+
+def test_of_runs_it_draws_the_walls_of_the_one_that_has_true_poses() -> None:
+    told_poses = corridor_comparison(count=3, size=24)
+    drawn = replace(told_poses, query_metadata=told(ALTERED))
+    blind = [replace(view, truth=None) for view in told_poses.query_views]
+    without = replace(told_poses, query_views=blind, query_metadata=told(OFFICES))
+    np.testing.assert_equal(outline_for([without, drawn]), outline_of(ALTERED))

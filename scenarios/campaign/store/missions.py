@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from refseq.files import replacing
+from refseq.missions.log import Touch
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
 
@@ -32,7 +33,7 @@ def write_mission(path: Path, kept: KeptMission) -> None:
     run = kept.run
     content = {name: getattr(run, name) for name in PLAIN} | {
         "goal": run.goal,
-        "touched": run.touched,
+        "touches": [(one.time, one.thing) for one in run.touches],
         "switches": run.switches,
         "orders": [(one.at, one.behaviour, one.why, one.where.tolist()) for one in run.orders],
         "log": [(one.time, None if np.isnan(one.along) else one.along, one.what) for one in run.log],
@@ -61,6 +62,6 @@ def read_mission(path: Path) -> KeptMission:
             MissionLogLine(time, np.nan if along is None else along, what) for time, along, what in content["log"]
         ),
         goal=(content["goal"][0], content["goal"][1]),
-        touched=tuple(content["touched"]),
+        touches=tuple(Touch(time, thing) for time, thing in content["touches"]),
     )
     return KeptMission(run, Cost(**content["cost"]), content["digest"])

@@ -125,8 +125,7 @@ def _write(
             replace_text(table, figures_csv(experiments))
     if report is not None:
         from refseq_bench.scenarios.report.document import write_report
-        from refseq_bench.scenarios.report.outline import outline_for
 
         with writing(report):
             title = "; ".join(dict.fromkeys(one.name for one in comparisons))
-            write_report(report, comparisons, title=title, outline=outline_for(comparisons), tolerances=tolerances)
+            write_report(report, comparisons, title=title, tolerances=tolerances)

@@ -34,8 +34,7 @@ def report(
     comparison = read_comparison(map_file, query, beliefs, reference, reading.chosen())
 
     from refseq_bench.scenarios.report.document import write_report
-    from refseq_bench.scenarios.report.outline import outline_for
 
     with writing(output):
-        write_report(output, [comparison], title=comparison.name, outline=outline_for([comparison]))
+        write_report(output, [comparison], title=comparison.name)
     say(out, f"{output}")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq_bench.scenarios.report.plots.belief import belief_legend, coarser_note, draw_belief
-from refseq_bench.scenarios.report.plots.plan import FloorOutline, floor_plan
+from refseq_bench.scenarios.report.plots.plan import QUERY_WALLS, FloorOutline, floor_plan
 from refseq_bench.scenarios.report.plots.style import (
     DRIVE_COLOURS,
     DRIVE_MARKERS,
@@ -44,7 +44,7 @@ def joined_plan(comparison: Comparison, merging: Merging, within: Tolerance, out
     """
     path = path_of(comparison)
     drawn = np.concatenate([_aside(path, stretch, number) for number, stretch in enumerate(path.stretches)])
-    floor = floor_plan([drawn, positions_of(comparison.query_views)], outline, stretch=False)
+    floor = floor_plan([drawn, positions_of(comparison.query_views)], outline, stretch=False, walls=QUERY_WALLS)
     for number, (name, stretch) in enumerate(zip(merging.names, path.stretches, strict=True)):
         _draw_drive(floor.axes, drawn, stretch, merging, number, name)
     _draw_false(floor.axes, path, drawn, merging, within)

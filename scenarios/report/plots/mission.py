@@ -14,13 +14,15 @@ from refseq_bench.scenarios.scoring.missions import MissionRun, MissionScore
 
 EVERY = 0.05
 """The path is drawn at points so far from each other at least [m]."""
+NAMED = 3
+"""The legend names no more things that were touched, else it counts them: a choice."""
 
 
 @page_style
 def mission_plan(run: MissionRun, score: MissionScore, within: float, outline: FloorOutline | None) -> Plot:
     """The true path in the plan, a colour an order, numbered where an order began; crossed out where it was wrong.
 
-    The circle around the goal is the tolerance [m].
+    A plus stands where the robot was when it touched something first. The circle around the goal is the tolerance [m].
     """
     path, goal = _thinned(run.track[:, :3]), np.array([run.goal])
     learnt = [order.where for order in run.orders if len(order.where)]
@@ -30,6 +32,7 @@ def mission_plan(run: MissionRun, score: MissionScore, within: float, outline: F
         floor.axes.plot(*line.T, color=WALL, linewidth=3.5, alpha=0.3, label=None if number else "as learnt")
     _draw_path(floor.axes, run, path)
     _draw_begins(floor.axes, run, score.wrong)
+    _draw_touches(floor.axes, run)
     _draw_goal(floor.axes, run, within)
     floor.frame(np.maximum(floor.size, 1.0) * (0.03, 0.12))
     return with_legend(floor.figure, "The axes have different scales." if floor.stretched else "")
@@ -70,6 +73,14 @@ def _draw_begins(axes: Axes, run: MissionRun, wrong: Sequence[bool] | None) -> N
             told.append((place, str(number + 1)))
     for place, text in told:
         axes.annotate(text, (place[0], place[1]), xytext=(5, 5), textcoords="offset points", color=INK, fontsize=8)
+
+
+def _draw_touches(axes: Axes, run: MissionRun) -> None:
+    if not run.touches:
+        return
+    places = np.array([run.position(touch.time) for touch in run.touches])
+    things = ", ".join(run.touched) if len(run.touches) <= NAMED else f"{len(run.touches)} things"
+    axes.plot(*places.T, "P", color=FAULTY, markersize=8, label=f"touches {things}")
 
 
 def _draw_goal(axes: Axes, run: MissionRun, within: float) -> None:

@@ -42,6 +42,9 @@ OUTCOME_STYLES: Mapping[Outcome, tuple[str, str]] = {
 STRIP = 4.0
 """A path this many times longer than wide (or wider than long) is stretched, or it would be drawn as a hair."""
 
+QUERY_WALLS = "walls, as the query met them"
+"""Label of the walls, and of what stands between them, in plans that show the reference too: both may have moved."""
+
 SURROUNDINGS = 6.0
 """Width of the world drawn around the drives [m]."""
 
@@ -52,7 +55,7 @@ def drive_plan(
 ) -> Plot:
     """Both true paths in the plan, with faults, and with what became of the views that are not simply right."""
     reference, query = _broken(comparison), positions_of(comparison.query_views)
-    floor = floor_plan([reference, query], outline, width=NARROW_WIDTH)
+    floor = floor_plan([reference, query], outline, width=NARROW_WIDTH, walls=QUERY_WALLS)
     _draw_drives(floor.axes, reference, query)
     _draw_faults(floor.axes, query, spans)
     _draw_outcomes(floor.axes, comparison, score)
@@ -92,9 +95,17 @@ def _broken(comparison: Comparison) -> NDArray[np.float64]:
 
 
 def floor_plan(
-    lines: Sequence[NDArray[np.float64]], outline: FloorOutline | None, *, stretch: bool = True, width: float = WIDTH
+    lines: Sequence[NDArray[np.float64]],
+    outline: FloorOutline | None,
+    *,
+    stretch: bool = True,
+    width: float = WIDTH,
+    walls: str = "walls",
 ) -> PlanFigure:
-    """A plan with the walls, ``width`` [inch], for lines of (m, 2) points [m]; a strip is stretched if it may be."""
+    """A plan with the walls, ``width`` [inch], for lines of (m, 2) points [m]; a strip is stretched if it may be.
+
+    ``walls`` is their label in the legend.
+    """
     low, high = _around(lines, outline)
     east, north = np.maximum(high - low, 1.0)
     stretched = stretch and not 1 / STRIP < east / north < STRIP
@@ -102,7 +113,7 @@ def floor_plan(
     figure = new_figure(2.9 if stretched else float(np.clip(tall, 0.3 * width, 0.9 * width)), width)
     axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="auto" if stretched else "equal")
     for number, wall in enumerate(outline or ()):
-        axes.plot(wall[:, 0], wall[:, 1], color=WALL, linewidth=1.2, label=None if number else "walls")
+        axes.plot(wall[:, 0], wall[:, 1], color=WALL, linewidth=1.2, label=None if number else walls)
     return PlanFigure(figure, axes, stretched, low, high)
 
 

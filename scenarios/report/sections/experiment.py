@@ -25,7 +25,7 @@ from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance, path_of
 from refseq_bench.scenarios.scoring.tables.worst_failures import worst_failures
-from refseq_bench.scenarios.scoring.truth import missing_truth, truth_estimates, unscored_reason
+from refseq_bench.scenarios.scoring.truth import first_with_truth, truth_estimates, unscored_reason
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,8 @@ class SectionSettings:
     """Choices for a section.
 
     Two tolerances; the ``judged`` method (None: the thesis' last stage, or the last method); the methods' ``costs``;
-    the source of the frames (None: the comparisons); the walls; the figures, where they are known already.
+    the source of the frames (None: the comparisons); the walls that the query was driven between; the figures, where
+    they are known already.
     """
 
     wide: Tolerance = WIDE
@@ -83,7 +84,7 @@ class Section:
 def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) -> Section:
     """Make a section of comparisons that differ in the seed only; the first that has true poses is drawn."""
     methods, wide, narrow = shared_methods(runs), settings.wide, settings.narrow
-    number = next((number for number, run in enumerate(runs) if not missing_truth(run)), 0)
+    number = first_with_truth(runs)
     drawn = runs[number]
     every = list(settings.figures or (figures(runs, wide, narrow) if methods else ()))
     unscored = unscored_reason(runs)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from refseq.belief import Belief, pose_beside
 from refseq.missions.executor import Executor, ExecutorSettings, Status
+from refseq.missions.log import Level, Touch
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import Order, Plan, as_learnt
 from refseq.missions.tasks import Call, Photograph, Wait
@@ -156,6 +157,43 @@ def test_an_odometer_that_is_wrong_by_a_twentieth() -> None:
         assert line.x == pytest.approx(30.0, abs=0.5)
         blind = Line(learnt(localised=False), None, grip=grip).run()
         assert abs(blind.x - 30.0) > 1.0, "the odometer alone cannot know"
+
+
+@pytest.mark.parametrize(
+    ("seen", "words"),
+    [
+        (10.0, "2.0 m ahead of where it was believed to be"),  # it is stuck, and the odometer runs on
+        (11.0, ""),
+        (13.0, ""),
+        (14.0, "2.0 m behind where it was believed to be"),
+    ],
+)
+def test_where_the_odometer_ends_an_order_far_from_the_views_the_log_says_so(seen: float, words: str) -> None:
+    executor = learnt()
+    executor.believe(seen_at(WAY.along, 0.0))
+    executor.move(21.0, 10.6)
+    assert executor.status is Status.APPROACHING
+    for along in [*np.linspace(10.6, seen, 40), *[seen] * 40]:  # no view is far from the one before
+        executor.believe(seen_at(WAY.along, float(along), width=0.2))
+    assert executor.along == pytest.approx(seen, abs=0.05)
+    executor.ended(True, "went on for 1.40 m")
+    jumps = [line for line in executor.log if "believed to be" in line.what]
+    assert [(line.what, line.level) for line in jumps] == [(f"goes on from 12.0 m, {words}", Level.WARN)] * bool(words)
+    assert all(line.along == pytest.approx(seen, abs=0.05) for line in jumps)
+    assert executor.along == 12.0
+
+
+def test_a_touch_is_told_at_its_time_also_behind_the_end() -> None:
+    executor = learnt()
+    executor.move(3.0, 1.5)
+    executor.touched(Touch(3.04, "table:trolley:0"))
+    executor.abort()
+    executor.touched(Touch(3.2, "wall:n1:0"))
+    assert [str(line) for line in executor.log if line.what.startswith("touches")] == [
+        "    3.0 s     1.5 m  touches table:trolley:0",
+        "    3.2 s     1.5 m  touches wall:n1:0",
+    ]
+    assert executor.log[-1].level is Level.WARN
 
 
 def carried(line: Line, when: float, to: float) -> Line:

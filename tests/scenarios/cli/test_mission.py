@@ -64,6 +64,33 @@ def test_a_mission_is_run_told_and_left_in_a_folder(refseq: Refseq, here: Path, 
     assert max(value for (value,) in lost[:-2]) < 0.5
 
 
+OFFICES = Path(__file__).parents[3] / "worlds" / "library" / "offices.toml"
+TROLLEY = """
+[[furniture]]
+name = "trolley"
+kind = "table"
+at = [6.0, 0.1]
+heading = 90
+width = 1.6
+depth = 0.6
+height = 0.95
+material = "metal"
+"""
+
+
+def test_what_the_robot_touches_is_told_and_left_in_the_folder(refseq: Refseq, here: Path, tmp_path: Path) -> None:
+    """The trolley's top is above the laser and the sonar."""
+    world, out = tmp_path / "way.toml", tmp_path / "out"
+    world.write_text(OFFICES.read_text() + TROLLEY)
+    answer = refseq("mission", "run", "offices.refseq", "[LD]", "--by-odometry", "--world", str(world), "-o", str(out))
+    assert (answer.code, answer.err) == (0, "the robot touched table:trolley:0\n")
+    log = (out / "log.txt").read_text()
+    (line,) = [line for line in log.splitlines() if "touches table:trolley:0" in line]
+    assert line in answer.out
+    assert "touches table:trolley:0" in (out / "plan.svg").read_text()
+    assert line in [text for (text,) in values(out / "mission.rrd", "/mission/log", "TextLog:text", "time")]
+
+
 def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: Path, tmp_path: Path) -> None:
     run = refseq("mission", "run", "offices.refseq", "[LD]", "--by-odometry", "-o", str(tmp_path / "out"))
     assert run.code == 0

@@ -1,7 +1,9 @@
 """Trips that cannot be made are told before anything is opened, and what is left out comes from the map."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,12 +12,15 @@ import pytest
 from refseq.errors import MapError
 from refseq.map.learning import learn
 from refseq.map.map import Map
+from refseq.missions.executor import Executor
+from refseq.missions.log import Touch
 from refseq.missions.path import path_along
-from refseq.missions.plan import as_learnt
+from refseq.missions.plan import Plan, as_learnt
 from refseq.planar import Pose
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions import trip as trips
-from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of
+from refseq_bench.scenarios.missions.runs import Each
+from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of, run_trip
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.plans.load import load_plan
 from tests.support import corridor_drive
@@ -125,6 +130,25 @@ def test_it_is_set_down_at_the_last_place_before_its_start_and_looks_along_the_w
     turning = [*poses[:2], *[poses[2]] * 3]  # from there on it turns about itself
     with pytest.raises(ScenarioError, match="the way is at its end"):
         bench_on_way(MissionTrip.from_map(map_, at=1.75), turning, plan)
+
+
+def test_what_befalls_the_robot_while_it_comes_to_rest_is_told_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    def runs(bench: Any, _leader: Any, plan: Plan, _goal: Any, *, each: Each, **_more: Any) -> None:
+        executor = Executor(plan, localised=False)
+        each(executor, bench)
+        executor.abort("not over after 3 s")
+        executor.touched(Touch(3.4, "bin"))
+
+    still = SimpleNamespace(pose=Pose(0.0, 0.0, 0.0))
+    monkeypatch.setattr(trips, "run_plan", runs)
+    monkeypatch.setattr(trips, "bench_on_way", lambda *_: nullcontext(still))
+    map_ = learnt(TOLD, laser=True)
+    heard: list[str] = []
+    trip = MissionTrip.from_map(map_, odometry=True)
+    run_trip(trip, map_, as_learnt(path_along(map_)), tell=lambda entry: heard.append(entry.what))
+    assert heard[0].startswith("the mission begins")
+    assert heard[-2:] == ["aborted: not over after 3 s", "touches bin"]
+    assert len(heard) == len(set(heard))
 
 
 def test_a_map_of_a_real_drive_knows_no_poses() -> None:

@@ -24,7 +24,7 @@ from refseq_bench.scenarios.report.document import details, facts, write_report
 from refseq_bench.scenarios.report.plots.belief import belief_heatmaps
 from refseq_bench.scenarios.report.plots.confidence import confidence
 from refseq_bench.scenarios.report.plots.errors import errors_along_path
-from refseq_bench.scenarios.report.plots.plan import drive_plan
+from refseq_bench.scenarios.report.plots.plan import QUERY_WALLS, drive_plan
 from refseq_bench.scenarios.report.plots.progress import answers_over_odometer
 from refseq_bench.scenarios.report.plots.retrieval import draw_retrieval
 from refseq_bench.scenarios.report.plots.style import INK, method_styles
@@ -325,6 +325,15 @@ def test_any_method_is_shown_beside_the_stages(tmp_path: Path, runs: list[Compar
     assert [row[0] for row in page.rows if row[0] in labels] == labels * 4  # four tables, stages first
     assert page.row("mine")[1:] == page.row(Stage.CHAIN.label)[1:]
     assert text.count('<figure class="plot') == 7
+
+
+def test_each_experiment_is_drawn_in_the_world_of_its_query(tmp_path: Path) -> None:
+    runs = [corridor_comparison(0, count=3, size=24, name=name) for name in ("known", "unknown")]
+    known, unknown = runs[0], replace(runs[1], query_metadata={"world": "abbey"})
+    assert written(tmp_path, known, unknown).count(QUERY_WALLS) == 1
+    assert QUERY_WALLS not in written(tmp_path, unknown)
+    other = replace(known, reference_metadata={"world": "abbey"})
+    assert QUERY_WALLS in written(tmp_path, other)
 
 
 def test_only_a_narrow_plan_is_stretched() -> None:

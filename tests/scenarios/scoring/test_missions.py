@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from refseq.missions.log import Touch
 from refseq_bench.scenarios.scoring.missions import (
     MissionFigures,
     MissionRun,
@@ -99,7 +100,7 @@ def test_the_metric_of_the_barn_challenge(time: float, metric: float) -> None:
 
 
 def test_who_touches_something_has_completed_the_mission_but_not_succeeded_in_the_challenge() -> None:
-    found = scored(touched=("wall-left", "bin"))
+    found = scored(touches=(Touch(1.0, "wall-left"), Touch(2.0, "bin")))
     assert found.completed.successes == 1
     assert (found.collisions, found.barn) == (2, 0.0)
 

@@ -246,3 +246,7 @@ def test_what_it_is_pushed_against_is_told(offices: World, learnt: Map) -> None:
     done = run(offices, as_learnt(path_along(learnt)), None, each=each, timeout=4.0)
     assert done.touched
     assert any("left" in name for name in done.touched)
+    lines = [(line.time, line.what) for line in done.executor.log if line.what.startswith("touches")]
+    assert lines == [(touch.time, f"touches {touch.thing}") for touch in done.touches]
+    assert all(2.0 < touch.time < 4.0 for touch in done.touches)
+    assert [line.time for line in done.executor.log] == sorted(line.time for line in done.executor.log)

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from refseq_bench.scenarios.report.plots.atlas import ASIDE as APART
 from refseq_bench.scenarios.report.plots.atlas import draw_passing, joined_plan, shares, which_drive
 from refseq_bench.scenarios.report.plots.belief import FINEST, belief_heatmaps, coarser
+from refseq_bench.scenarios.report.plots.plan import QUERY_WALLS
 from refseq_bench.scenarios.report.plots.style import Plot
 from refseq_bench.scenarios.report.sections.atlas import atlas_part
 from refseq_bench.scenarios.scoring.atlas import passing
@@ -81,7 +82,7 @@ def test_the_plan_tells_how_many_places_each_drive_keeps_and_what_was_joined_fal
     right = texts(joined_plan(run, merging(RIGHTLY), WIDE, None))
     assert not any("joined" in text for text in right)
     narrow = texts(joined_plan(run, merging({21 + k: k + 1 for k in range(11)}), Tolerance(0.5), WALL))
-    assert {"joined with another place (11)", "walls"} <= set(narrow)
+    assert {"joined with another place (11)", QUERY_WALLS} <= set(narrow)
 
 
 def test_every_view_has_its_mark_in_the_plan_held_or_not(run: Comparison) -> None:
