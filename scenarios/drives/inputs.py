@@ -5,7 +5,7 @@ import hashlib
 import logging
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -298,6 +298,7 @@ def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewP
 def pairing_options(selection: DriveSelection) -> "PairingOptions":
     """Topics and trajectories of a selection."""
     from refseq.logs import PairingOptions
+    from refseq_bench.scenarios.drives.selection import names_by_topic
 
     tolerance = selection.tolerance
     if tolerance is not None and not 0 <= tolerance < math.inf:
@@ -309,15 +310,6 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
         odometry=_poses_of(selection.odometry, "odometry"),
         truth=_poses_of(selection.truth, "truth"),
     )
-
-
-def names_by_topic(topics: Mapping[str, str]) -> dict[str, str]:
-    """Names of sensors by their topics, of topics by name. Raises ``ScenarioError`` for a topic of two sensors."""
-    for topic, number in Counter(topics.values()).items():
-        if number > 1:
-            sensors = " and ".join(name for name in topics if topics[name] == topic)
-            raise ScenarioError(f"topics: {topic} is of {sensors}; valid is a topic for each sensor")
-    return {topic: name for name, topic in topics.items()}
 
 
 def delays(selection: DriveSelection) -> dict[str, float]:

@@ -1,6 +1,8 @@
-"""Select views of a recording, and sensors of a view."""
+"""Select views of a recording, sensors of a view, and names of topics."""
 
 import re
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,3 +34,12 @@ def only(view: View, sensors: tuple[str, ...] | None) -> View:
         return view
     images = {name: image for name, image in view.images.items() if name in sensors}
     return replace(view, images=images, scan=view.scan if LASER in sensors else None)
+
+
+def names_by_topic(topics: Mapping[str, str]) -> dict[str, str]:
+    """Names of sensors by their topics, of topics by name. Raises ``ScenarioError`` for a topic of two sensors."""
+    for topic, number in Counter(topics.values()).items():
+        if number > 1:
+            sensors = " and ".join(name for name in topics if topics[name] == topic)
+            raise ScenarioError(f"topics: {topic} is of {sensors}; valid is a topic for each sensor")
+    return {topic: name for name, topic in topics.items()}

@@ -11,9 +11,8 @@ from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.trajectories import PoseTable, read_trajectory
 from refseq.planar import Pose
 from refseq_bench.scenarios.campaign.declare.sources import Images, Log
-from refseq_bench.scenarios.drives.inputs import names_by_topic
 from refseq_bench.scenarios.drives.left_out import check_all_views, views_left_out
-from refseq_bench.scenarios.drives.selection import stretch
+from refseq_bench.scenarios.drives.selection import names_by_topic, stretch
 from refseq_bench.scenarios.errors import ScenarioError
 
 DATA = "REFSEQ_RECORDINGS"
