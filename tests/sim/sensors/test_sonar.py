@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from refseq.planar import Pose
@@ -300,11 +301,19 @@ def test_between_firings_nothing_changes() -> None:
     assert ring.read(data) is not before
 
 
-def test_after_a_pause_every_ranger_fires_once() -> None:
+def test_after_a_pause_every_ranger_fires_once(monkeypatch: pytest.MonkeyPatch) -> None:
     ring, data = ring_in(with_wall((1, 0, 0), 2.0), [(0, 0)] * 24, SonarModel())
-    before = ring.read(data)
+    before, fired = ring.read(data), list[int]()
+    distances = ring.distances
+
+    def noted(data: mujoco.MjData, group: NDArray[np.intp]) -> NDArray[np.float64]:
+        fired.extend(group.tolist())
+        return distances(data, group)
+
+    monkeypatch.setattr(ring, "distances", noted)
     data.time = 100.0
     assert (ring.read(data) != before).all()
+    assert sorted(fired) == list(range(24))
     late = ring.read(data)
     data.time = 0.0
     assert (ring.read(data) != late).any(), "nor does it stop when somebody sets the clock back"
