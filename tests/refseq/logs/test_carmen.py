@@ -309,6 +309,16 @@ def test_true_positions_outrank_the_pose_beside_a_scan(tmp_path: Path) -> None:
     assert (second.truth.x, second.truth.y, second.truth.heading) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize("turned", [-0.5, 0.0, 0.5])
+def test_a_true_position_turns_on_as_the_odometer_does(tmp_path: Path, turned: float) -> None:
+    """The odometer's frame is a quarter turn from that of the truth, before and after."""
+    later = FLASER.replace(" 1 2 0.25 7.5", f" 1 4 {0.25 + turned} 8.5")
+    path = log(tmp_path, FLASER, f"TRUEPOS 5 6 {0.25 + math.pi / 2} 1 2 0.25 8 host 8", later)
+    truth = read_recording(path).views[1].truth
+    assert truth is not None
+    assert (truth.x, truth.y, truth.heading) == pytest.approx((3.0, 6.0, 0.25 + turned + math.pi / 2))
+
+
 def test_the_rear_laser_is_read_where_there_is_no_other(tmp_path: Path) -> None:
     rear = FLASER.replace("FLASER", "RLASER")
     (view,) = read_recording(log(tmp_path, rear)).views

@@ -48,6 +48,20 @@ def test_a_gap_is_not_bridged() -> None:
     assert np.isnan(found[:, 0]).tolist() == [False, False, True, False]
 
 
+@given(st.floats(0, 14), st.floats(0, 3))
+def test_in_a_gap_the_nearest_pose_stands(wanted: float, reach: float) -> None:
+    """A pose every half second, but for the gap from 4 to 10 s and the end at 11 s."""
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 10.0, 10.5, 11.0])
+    way = Trajectory.of(times, [Pose(3 * time, -time, 0) for time in times])
+    found = way.at([wanted], reach)[0]
+    away = np.abs(times - wanted)
+    if 4 < wanted < 10 or wanted > 11:
+        nearest = 3 * times[np.flatnonzero(away == away.min())]
+        assert np.isnan(found[0]) if away.min() > reach else found[0] in nearest
+    else:
+        assert found[:2] == pytest.approx((3 * wanted, -wanted))
+
+
 def test_poses_that_are_always_seconds_apart_leave_no_gap() -> None:
     """A gap is ten times the usual step and more."""
     times = np.array([0.0, 2.0, 4.0, 6.0, 25.0, 27.0, 48.0])

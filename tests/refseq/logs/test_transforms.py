@@ -48,6 +48,21 @@ def test_a_mount_is_found_through_a_frame_above_the_base() -> None:
     assert found.mount("laser", "elsewhere") is None
 
 
+@given(angles, angles)
+def test_a_mount_through_a_frame_above_is_seen_by_a_base_that_is_turned(base: float, laser: float) -> None:
+    """The base stands at (0.2, -0.1) of its foot, looking along ``base``."""
+    found = tree(
+        Transform("base_footprint", "base_link", (0.2, -0.1, 0.1), turned("z", base), static=True),
+        Transform("base_footprint", "laser", (0.6, 0.3, 0.2), turned("z", laser), static=True),
+    )
+    mount = found.mount("laser", "base_link")
+    assert mount
+    assert math.cos(mount.yaw - (laser - base)) == pytest.approx(1)
+    ahead = 0.4 * math.cos(base) + 0.4 * math.sin(base)
+    aside = 0.4 * math.cos(base) - 0.4 * math.sin(base)
+    assert (mount.x, mount.y) == pytest.approx((ahead, aside))
+
+
 def test_the_robot_s_way_is_its_odometry_in_the_map() -> None:
     found = TransformTree()
     rng = np.random.default_rng(3)

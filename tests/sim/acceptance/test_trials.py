@@ -2,6 +2,7 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
@@ -62,6 +63,16 @@ def test_a_track_is_told_from_where_the_robot_stood(floor: World, heading: float
     assert (x, y) == pytest.approx((at.x, at.y), abs=2e-3)
     assert track.turned == pytest.approx(math.remainder(at.heading - heading, 2 * math.pi), abs=1e-9)
     assert len(track.times) == round(4.0 / CONTROL_PERIOD) + 1
+
+
+@pytest.mark.parametrize("pitch", [-0.2, 0.1])
+def test_a_pitch_is_positive_where_the_nose_is_down(floor: World, pitch: float) -> None:
+    """A turn about the axis to the left, by the right-hand rule, takes what is ahead down."""
+    with bench_on(floor) as bench:
+        bench.data.joint("robuter/base").qpos[3:] = (math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0)
+        mujoco.mj_forward(bench.model, bench.data)
+        track = trials.follow(bench, trials.stand, 0.0)
+    assert track.pitches == pytest.approx([pitch])
 
 
 def test_a_whole_turn_is_counted_on(floor: World) -> None:

@@ -422,6 +422,18 @@ def width(image: NDArray[np.uint8]) -> float:
     return float(6.0 * np.sum(rise * (1.0 - rise)))
 
 
+def test_a_robot_whose_physics_broke_down_drives_again_once_it_is_set_down(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        bench.data.qvel[0] = math.nan
+        drive(bench, Twist(0.3, 0.0), 0.4)
+        assert bench.fault is not None
+        bench.place(Pose(2.0, 0.0, 0.0))
+        assert bench.fault is None
+        bench.control.release()
+        drive(bench, Twist(0.3, 0.0), 3.0)
+        assert bench.pose.x > 2.3
+
+
 def test_leaving_the_block_gives_the_renderer_back(corridor: World, lamp: Lamp) -> None:
     with bench_in(corridor, settings=BenchSettings()):
         assert not lamp.closed

@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from refseq_bench.sim.cameras.exposure import ExposureControl, centre_weights, split_exposure, wanted_exposure
+from refseq_bench.sim.cameras.exposure import (
+    Exposure,
+    ExposureControl,
+    centre_weights,
+    split_exposure,
+    wanted_exposure,
+)
 from refseq_bench.sim.errors import SimError
 
 CONTROL = ExposureControl()
@@ -34,6 +40,12 @@ def test_a_shorter_limit_of_the_shutter_is_paid_with_gain() -> None:
     assert split_exposure(CONTROL, product).gain == 1.0
     assert split_exposure(short, product).gain == pytest.approx(2.0)
     assert split_exposure(short, product).shutter == pytest.approx(1 / 60)
+
+
+def test_what_the_camera_cannot_do_is_split_into_the_nearest_that_it_can() -> None:
+    (short, long), (quiet, loud) = CONTROL.shutter, CONTROL.gain
+    assert split_exposure(CONTROL, 2 * long * loud) == Exposure(long, loud)
+    assert split_exposure(CONTROL, short * quiet / 2) == Exposure(short, quiet)
 
 
 def test_a_zone_beyond_full_scale_counts_as_full_scale() -> None:

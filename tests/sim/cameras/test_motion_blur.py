@@ -73,6 +73,13 @@ def test_forwards_paths_are_radial_and_grow_from_the_centre() -> None:
     assert run_ == pytest.approx(np.stack([u - 319.5, v - 239.5], axis=-1) * share, abs=1e-3)
 
 
+def test_what_the_camera_goes_past_while_the_shutter_is_open_runs_outwards() -> None:
+    run_ = run(PLAIN, [0, 0, -2.4 * DEPTH / SHUTTER], [0, 0, 0])  # the wall is behind it in the end
+    u, v = block_centres(SIZE)
+    assert np.isfinite(run_).all()
+    assert (run_[..., 0] * (u - 319.5) + run_[..., 1] * (v - 239.5) > 0).all()
+
+
 @pytest.mark.parametrize("things", [WALL, ""], ids=["wall", "open air"])
 def test_turning_blurs_everywhere_whatever_the_depth(things: str) -> None:
     run_ = run(PLAIN, [0, 0, 0], [0, 0.5, 0], things)  # to the left: all goes right

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from refseq.planar import Pose
@@ -19,7 +20,7 @@ from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.beams import SEEN_GROUPS
 from refseq_bench.sim.sensors.sonar import SonarModel, SonarRing
-from refseq_bench.sim.sensors.ultrasound import INNER_RAYS, RAYS
+from refseq_bench.sim.sensors.ultrasound import INNER_RAYS, RAYS, FlatFaces, mirror_points
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
@@ -87,6 +88,8 @@ def test_a_wall_slanted_beyond_the_side_lobes_does_not_answer(tilt: float, aroun
 def test_a_wall_out_of_reach_does_not_answer() -> None:
     assert reading(with_wall((1, 0, 0), 10.7)) == MOST
     assert reading(with_wall((1, 0, 0), 10.6)) == pytest.approx(10.6)
+    ring, data = ring_in(with_wall((1, 0, 0), 10.7))
+    assert ring.distances(data, np.array([0])).tolist() == [math.inf], "nor is it what the longest range is read of"
 
 
 def test_nothing_is_heard_in_empty_space() -> None:
@@ -157,6 +160,21 @@ def with_two_walls(between: float, towards: float, distance: float) -> mujoco.Mj
 def test_a_corner_throws_sound_back_from_its_edge(distance: float, towards: float) -> None:
     """Both walls are slanted by 43° to 47°, so neither answers alone."""
     assert reading(with_two_walls(math.pi / 2, math.radians(towards), distance)) == pytest.approx(distance, abs=0.01)
+
+
+@given(st.floats(87.5, 92.5), st.floats(1.0, 10.0), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_the_way_to_a_corner_ends_on_both_walls(between: float, distance: float, aside: float, up: float) -> None:
+    """And is the shortest that does: it has nothing of the edge's own direction."""
+    angle = math.radians(between)
+    normals = np.array([[-math.sin(angle / 2), side * math.cos(angle / 2), 0.0] for side in (-1, 1)])
+    edge = np.array([distance, 0.1 * aside, 0.0])
+    # A point on each wall, on the ranger's side of the other.
+    along = np.array([[-math.cos(angle / 2), -side * math.sin(angle / 2), 0.0] for side in (-1, 1)])
+    points = edge + 0.2 * along + [0.0, 0.0, up]
+    faces = FlatFaces(np.zeros(2, np.intp), normals, -(normals @ edge), points)
+    _, ways = mirror_points(faces)
+    (corner,) = [way for way in ways if np.allclose(normals @ (way - edge), 0.0, atol=1e-9)]
+    assert corner == pytest.approx(edge)
 
 
 @pytest.mark.parametrize("between", [60.0, 75.0])
@@ -300,11 +318,19 @@ def test_between_firings_nothing_changes() -> None:
     assert ring.read(data) is not before
 
 
-def test_after_a_pause_every_ranger_fires_once() -> None:
+def test_after_a_pause_every_ranger_fires_once(monkeypatch: pytest.MonkeyPatch) -> None:
     ring, data = ring_in(with_wall((1, 0, 0), 2.0), [(0, 0)] * 24, SonarModel())
-    before = ring.read(data)
+    before, fired = ring.read(data), list[int]()
+    distances = ring.distances
+
+    def noted(data: mujoco.MjData, group: NDArray[np.intp]) -> NDArray[np.float64]:
+        fired.extend(group.tolist())
+        return distances(data, group)
+
+    monkeypatch.setattr(ring, "distances", noted)
     data.time = 100.0
     assert (ring.read(data) != before).all()
+    assert sorted(fired) == list(range(24))
     late = ring.read(data)
     data.time = 0.0
     assert (ring.read(data) != late).any(), "nor does it stop when somebody sets the clock back"

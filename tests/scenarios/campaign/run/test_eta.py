@@ -22,6 +22,7 @@ def test_the_rest_is_the_mean_of_each_kind_shared_among_the_workers() -> None:
     assert pace.left([DRIVE], [(DRIVE, 45.0)], 2) == pytest.approx(60)  # one task is not shared
     assert pace.left([], [(DRIVE, 45.0)], 2) == pytest.approx(15)
     assert pace.left([], [(DRIVE, 500.0)], 2) == 0
+    assert pace.left([DRIVE] * 2, [(DRIVE, 500.0)], 1) == 120, "a task that takes too long makes no other shorter"
 
 
 def test_a_kind_that_is_not_known_yet_takes_as_long_as_others() -> None:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.cases import load
@@ -39,6 +40,14 @@ def test_search_finds_the_worst_of_all_points_and_what_is_needed_for_it() -> Non
     assert found.smallest is not None
     assert found.smallest.success < 0.35
     assert dict(found.smallest.point) == {"x": 7.0, "y": 0.0} or "y" not in found.smallest.point
+
+
+def test_points_are_chosen_by_those_before_them() -> None:
+    """The last ones are far nearer to the worst than as many that are drawn evenly ever are, by five deviations."""
+    even = [valley({"x": float(x), "y": float(y)}).value for x in range(10) for y in range(11)]
+    found = [[one.value for one in seek(valley, DIALS, 60, seed) if not math.isnan(one.value)] for seed in range(4)]
+    late = np.ravel([values[-15:] for values in found])
+    assert late.mean() < np.mean(even) - 5 * np.std(even) / math.sqrt(len(late))
 
 
 def test_the_worst_failure_is_a_failure() -> None:
