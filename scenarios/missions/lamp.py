@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from refseq.missions.lamp import LampStage
-    from refseq_bench.robots.stops import StopLog
     from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourResult
 
 ON_THE_SPOT = 0.2
@@ -60,6 +59,7 @@ def read_program(path: Path) -> "tuple[LampStage, ...]":
 def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     """Run the program; what became of its stages, up to the first that failed."""
     from refseq_bench import robots
+    from refseq_bench.robots.stops import StopLog
     from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourResult
     from refseq_bench.sim.bench.bench import Bench
     from refseq_bench.sim.bench.settings import BenchSettings
