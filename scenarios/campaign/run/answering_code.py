@@ -6,7 +6,7 @@ from typing import NamedTuple
 from refseq.features import memory
 from refseq.logs.beliefs import table
 from refseq_bench.scenarios.campaign.run import answering, learning
-from refseq_bench.scenarios.campaign.store import answers, cache, recordings
+from refseq_bench.scenarios.campaign.store import answers, cache, descriptions, recordings
 from refseq_bench.scenarios.campaign.store.keys import code_digest
 from refseq_bench.scenarios.methods import baselines, by_name, names, plugins, programs, reference
 from refseq_bench.scenarios.methods.baselines import BASELINES
@@ -24,6 +24,7 @@ ASKING = tuple(
         learning,
         answers,
         cache,
+        descriptions,
         baselines,
         reference,
         by_name,
