@@ -145,8 +145,11 @@ def _directions(normals: Floats) -> tuple[Floats, NDArray[np.intp]]:
 
     A world has few of these: cards lie on walls, floors and boxes.
     """
-    distinct, which = np.unique(normals, axis=0, return_inverse=True)
-    return np.einsum("dij,kj->dki", about(distinct), hemisphere(RAYS)), which
+    order = np.lexsort(normals.T)  # NumPy sorts whole rows in ten times as long
+    first = np.append(True, (normals[order[1:]] != normals[order[:-1]]).any(axis=1))
+    which = np.empty(len(normals), np.intp)
+    which[order] = np.cumsum(first) - 1
+    return np.einsum("dij,kj->dki", about(normals[order[first]]), hemisphere(RAYS)), which
 
 
 def _gathered(occluders: Occluders, cards: Cards, sides: Floats) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
@@ -157,10 +160,10 @@ def _gathered(occluders: Occluders, cards: Cards, sides: Floats) -> tuple[NDArra
     found, inside = np.empty((len(cards), RAYS), np.int32), np.zeros(len(cards), bool)
     for part in _blocks(len(cards)):
         directions, which = _directions(cards.normals[part])
-        rays = directions[which]
-        origins = np.repeat(cards.points[part], RAYS, axis=0)
-        found[part] = occluders.hit(origins, rays.reshape(-1, 3)).reshape(-1, RAYS)
-        few, met = rays[:, ::SPARSE], found[part, ::SPARSE]
+        # In the precision in which rays are cast, before there are many.
+        rays, points = directions.astype(np.float32)[which], cards.points[part].astype(np.float32)
+        found[part] = occluders.hit(np.repeat(points, RAYS, axis=0), rays.reshape(-1, 3)).reshape(-1, RAYS)
+        few, met = directions[:, ::SPARSE][which], found[part, ::SPARSE]
         behind = (np.einsum("mkc,mkc->mk", few, sides[met]) > 0.0) & (met >= 0)
         inside[part] = behind.mean(axis=1) > 0.5
     return found, inside

@@ -20,8 +20,8 @@ class Occluders:
         if not len(corners):
             raise ValueError("corners: no triangles; valid are one or more")
 
-    def hit(self, origins: Floats, directions: Floats) -> NDArray[np.int32]:
-        """Return which triangle each ray meets first, (m,); -1: none."""
+    def hit(self, origins: NDArray[np.floating], directions: NDArray[np.floating]) -> NDArray[np.int32]:
+        """Return which triangle each ray meets first, (m,); -1: none. Rays are cast in single precision."""
         found = self._scene.run(_single(origins), _single(directions))
         return np.asarray(found, np.int32)
 
@@ -43,5 +43,5 @@ class Occluders:
         return np.asarray(met, np.int32) < 0
 
 
-def _single(vectors: Floats) -> NDArray[np.float32]:
+def _single(vectors: NDArray[np.floating]) -> NDArray[np.float32]:
     return np.ascontiguousarray(vectors, np.float32)
