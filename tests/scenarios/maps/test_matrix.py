@@ -60,7 +60,7 @@ def test_extractors_sensors_with_several_and_all_are_summed_up(house: IncidenceM
 
 
 def names(matrix: IncidenceMatrix) -> list[str]:
-    """What is summed up: of one view each, as it takes time to say how much they tell."""
+    """Summaries of one view each, as it takes time to say how much they tell."""
     return [one.name for one in summaries(matrix, np.random.default_rng(0), draws=1)]
 
 

@@ -24,7 +24,7 @@ def drives() -> tuple[list[View], list[View]]:
 
 
 def probabilities(beliefs: list[Belief]) -> list[list[float]]:
-    """What is said of lost and of each place, without the paths: hindsight's are others."""
+    """P(lost) and the probability of each place, without the paths: hindsight's are others."""
     return [[belief.lost, *belief.places.tolist()] for belief in beliefs]
 
 
