@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq_bench.rows import distinct_rows
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.lighting.colour import camera_weight
 from refseq_bench.worlds.lighting.daylight import sun_direction
@@ -145,11 +146,8 @@ def _directions(normals: Floats) -> tuple[Floats, NDArray[np.intp]]:
 
     A world has few of these: cards lie on walls, floors and boxes.
     """
-    order = np.lexsort(normals.T)  # NumPy sorts whole rows in ten times as long
-    first = np.append(True, (normals[order[1:]] != normals[order[:-1]]).any(axis=1))
-    which = np.empty(len(normals), np.intp)
-    which[order] = np.cumsum(first) - 1
-    return np.einsum("dij,kj->dki", about(normals[order[first]]), hemisphere(RAYS)), which
+    first, which = distinct_rows(normals)
+    return np.einsum("dij,kj->dki", about(normals[first]), hemisphere(RAYS)), which
 
 
 def _gathered(occluders: Occluders, cards: Cards, sides: Floats) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
@@ -215,7 +213,7 @@ def sunny_patches(triangles: Floats, exitance: Floats) -> Patches:
     normals = across / np.maximum(2 * areas, 1e-12)[:, None]
     centres = triangles[lit].mean(axis=1)
     cells = np.round(np.concatenate([centres / PATCH, normals], axis=1)).astype(int)
-    _, of = np.unique(cells, axis=0, return_inverse=True)
+    _, of = distinct_rows(cells)
     weights = exitance[lit] * areas
     flux = np.bincount(of, weights).astype(float)
 

@@ -9,6 +9,7 @@ from refseq_bench.robots.behaviours.behaviour import RobotDescription, Senses
 from refseq_bench.robots.mounting import FLOOR
 from refseq_bench.robots.planar import PlanarPose, into, out_of
 from refseq_bench.robots.signals import LaserScan
+from refseq_bench.rows import distinct_rows
 
 REACH = 6.0
 """Range of behaviours' sight [m]: a choice."""
@@ -91,9 +92,6 @@ def thinned(points: NDArray[np.float64], cell: float = CELL) -> NDArray[np.float
     if not len(points):
         return points
     squares = np.floor(points / cell)
-    order = np.lexsort((squares[:, 1], squares[:, 0]))
-    others = (squares[order[1:]] != squares[order[:-1]]).any(axis=1)
-    square = np.zeros(len(points), np.intp)
-    square[order[1:]] = np.cumsum(others)
+    _, square = distinct_rows(squares)
     count = np.bincount(square)
     return np.stack([np.bincount(square, points[:, k]) / count for k in (0, 1)], axis=1)

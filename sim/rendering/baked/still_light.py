@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq_bench.rows import distinct_rows
 from refseq_bench.sim.rendering.baked.charts import MARGIN, Chart
 from refseq_bench.sim.rendering.baked.surfaces import Surfaces, picture_of
 from refseq_bench.sim.rendering.baked.triangles import Floats, Triangles, distinct
@@ -170,5 +171,5 @@ def _probe_places(cards: Cards) -> Floats:
     if not len(ground):
         return cards.points.mean(axis=0, keepdims=True) if len(cards) else np.zeros((1, 3))
     cells = np.round(ground / PROBE_STEP).astype(int)
-    _, first = np.unique(cells, axis=0, return_index=True)
+    first, _ = distinct_rows(cells)
     return np.asarray(ground[first] + [0.0, 0.0, EYE])
