@@ -104,7 +104,7 @@ def parse(text: str, profile: str | None, known: Vocabulary = FIGURES) -> Expect
 
 def check_decides(expectation: Expectation, judged: str = "") -> None:
     """Raise ``ScenarioError`` for a figure that is compared with itself, also where it is so by who is ``judged``."""
-    if about(expectation, judged).of_itself:
+    if (about(expectation, judged) if judged else expectation).of_itself:
         why = "" if expectation.of_itself else f", as {judged} is judged"
         raise ScenarioError(
             f"{expectation.text!r}: compares {expectation.left.figure} with itself{why}; valid are a number, another "
