@@ -70,6 +70,10 @@ def plane(half: Floats) -> Faces:
 
 def box(half: Floats) -> Faces:
     """A box; its picture is upright on all four sides, on two of them in a mirror."""
+    return Faces(_BOX.corners * half, _BOX.uv)
+
+
+def _unit_box() -> Faces:
     corners, uv = [], []
     for axis, (across, up) in enumerate(((1, 2), (0, 2), (0, 1))):
         for sign in (1.0, -1.0):
@@ -78,9 +82,13 @@ def box(half: Floats) -> Faces:
             face[:, across], face[:, up] = [-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]
             outward = np.cross(np.eye(3)[across], np.eye(3)[up])[axis] * sign > 0
             face = face if outward else face[::-1]
-            corners.append(face * half)
+            corners.append(face)
             uv.append(0.5 + 0.5 * face[:, [across, up]] * [1.0, -1.0])
     return Faces(np.array(corners), np.array(uv))
+
+
+_BOX = _unit_box()
+"""Of half sides of 1 m: a world has hundreds of boxes."""
 
 
 def mesh(model: mujoco.MjModel, number: int) -> Triangles:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -73,12 +74,17 @@ def surfaces_of(model: mujoco.MjModel, longest: float) -> Surfaces:
     """
     layout = _Layout(model, longest)
     shown = np.flatnonzero(mujoco.MjvOption().geomgroup[model.geom_group]).tolist()
-    parts, charts = zip(*(layout.lay(geom) for geom in shown), strict=True)
-    geom_of = np.repeat(shown, [len(part) for part in parts])
+    parts = [layout.lay(geom) for geom in shown]
+    counts = [len(part.triangles) for part in parts]
+    # All together: hundreds of small meshes, each cut by itself, took as long as the light of a room.
+    pieces, of = Triangles.joined([part.triangles for part in parts]).cut(np.repeat([p.longest for p in parts], counts))
+    geom_of = np.repeat(shown, counts)[of]
+    by_geom = np.argsort(geom_of, kind="stable")
+    geom_of = geom_of[by_geom]
     moved = np.array([body if moves(model, body) else 0 for body in range(model.nbody)])
     return Surfaces(
-        triangles=Triangles.joined(parts),
-        chart=np.concatenate(charts),
+        triangles=pieces[by_geom],
+        chart=np.concatenate([part.chart for part in parts])[of[by_geom]],
         geom=geom_of,
         body=moved[model.geom_bodyid[geom_of]],
         finish=layout.finish,
@@ -90,6 +96,17 @@ def surfaces_of(model: mujoco.MjModel, longest: float) -> Surfaces:
     )
 
 
+class _Part(NamedTuple):
+    """A geom's ``triangles``, where their corners are on the sheet, ``chart`` (n, 3, 2) [texels], and how far to cut.
+
+    Edges are to be no longer than ``longest`` [m].
+    """
+
+    triangles: Triangles
+    chart: Floats
+    longest: float
+
+
 class _Layout:
     """Puts geoms where they are, and lays out the faces of those that stand still on a sheet."""
 
@@ -99,20 +116,20 @@ class _Layout:
         self.finish = tuple(finish_of(model, geom) for geom in range(model.ngeom))
         self.sheet, self.laid = Sheet(), list[int]()
 
-    def lay(self, geom: int) -> tuple[Triangles, Floats]:
-        """A geom's triangles, and where their corners are on the sheet, (n, 3, 2) [texels]."""
+    def lay(self, geom: int) -> _Part:
+        """Put one geom where it is."""
         still, finish = not moves(self._model, int(self._model.geom_bodyid[geom])), self.finish[geom]
         place, rotation = self._placed(geom, still)
         shape, faces = shape_of(self._model, geom).placed(place, rotation), faces_of(self._model, geom)
-        step, chart = max(self._longest, math.sqrt(shape.area) / PIECES), None
+        chart, longest = np.zeros((len(shape), 3, 2)), math.inf
         if still and not finish.emission:
+            step = max(self._longest, math.sqrt(shape.area) / PIECES)
             if faces is None:
-                shape = shape.cut(LOOSE * step)
+                longest = LOOSE * step
             else:
                 chart = _charted(self.sheet, faces, place, rotation, step)
                 self.laid += [geom] * len(faces.corners)
-        pictured = Triangles(shape.corners, shape.normals, shape.uv * finish.repeat)
-        return pictured, np.zeros((len(shape), 3, 2)) if chart is None else chart
+        return _Part(Triangles(shape.corners, shape.normals, shape.uv * finish.repeat), chart, longest)
 
     def _placed(self, geom: int, still: bool) -> tuple[Floats, Floats]:
         """Position (3,) and rotation (3, 3) of a geom: in the world where it stands still, else in its body's frame."""

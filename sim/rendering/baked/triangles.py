@@ -56,18 +56,23 @@ class Triangles:
         edges = self.corners[:, 1:] - self.corners[:, :1]
         return float(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2)
 
-    def cut(self, longest: float) -> "Triangles":
-        """Cut at the middles of edges until none is longer than ``longest`` [m].
+    def cut(self, longest: Floats) -> tuple["Triangles", NDArray[np.intp]]:
+        """Cut at the middles of edges until none is longer than its triangle's ``longest`` (n,) [m].
 
-        Every edge is cut by its own length alone, so that neighbours cut the one they share alike and no gap opens.
+        Returns the pieces, and of which triangle each one is. Every edge is cut by its own length alone, so that
+        neighbours cut the one they share alike and no gap opens.
         """
-        pieces, done = self, [self[:0]]
+        pieces, of = self, np.arange(len(self))
+        done, done_of = [self[:0]], [of[:0]]
         while len(pieces):
             lengths = np.linalg.norm(np.roll(pieces.corners, -1, axis=1) - pieces.corners, axis=2)
-            whole = (lengths <= longest).all(axis=1)
+            long = lengths > longest[of][:, None]
+            whole = ~long.any(axis=1)
             done.append(pieces[whole])
-            pieces = _halved(pieces[~whole], lengths[~whole] > longest)
-        return Triangles.joined(done)
+            done_of.append(of[whole])
+            pieces, halved = _halved(pieces[~whole], long[~whole])
+            of = of[~whole][halved]
+        return Triangles.joined(done), np.concatenate(done_of)
 
 
 def distinct(rows: NDArray[np.uint64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -85,13 +90,13 @@ _PIECES = {
 """Pieces of a triangle with 1, 2 or all edges cut, from the first on; 0 to 2 are its corners, 3 to 5 edges' middles."""
 
 
-def _halved(pieces: Triangles, cut: NDArray[np.bool_]) -> Triangles:
-    """Cut those edges of each triangle that are told, (n, 3)."""
+def _halved(pieces: Triangles, cut: NDArray[np.bool_]) -> tuple[Triangles, NDArray[np.intp]]:
+    """Cut those edges of each triangle that are told, (n, 3); returns also of which triangle each piece is."""
     # Turned so that the first edge is cut and the last one, unless all are, is not.
     turn = np.select([cut.all(axis=1), cut[:, 0] & ~cut[:, 2], cut[:, 1] & ~cut[:, 0]], [0, 0, 1], 2)
     order = (turn[:, None] + np.arange(3)) % 3
     count = cut.sum(axis=1)
-    found = []
+    found, of = [], []
     for edges, layout in _PIECES.items():
         these, fans, arrays = np.flatnonzero(count == edges), np.array(layout), []
         for values in (pieces.corners, pieces.normals, pieces.uv):
@@ -99,4 +104,5 @@ def _halved(pieces: Triangles, cut: NDArray[np.bool_]) -> Triangles:
             points = np.concatenate([turned, (turned + np.roll(turned, -1, axis=1)) / 2], axis=1)
             arrays.append(points[:, fans].reshape(-1, 3, values.shape[2]))
         found.append(Triangles(*arrays))
-    return Triangles.joined(found)
+        of.append(np.repeat(these, len(layout)))
+    return Triangles.joined(found), np.concatenate(of)

@@ -56,14 +56,19 @@ def test_a_mesh_keeps_its_place_and_a_kind_without_triangles_is_left_out() -> No
     assert len(shape_of(model, 1)) == 0
 
 
+triangles = st.tuples(st.lists(st.tuples(sides, sides, sides), min_size=3, max_size=3), st.floats(0.2, 1.0))
+
+
 @settings(max_examples=40, deadline=None)
-@given(st.lists(st.tuples(sides, sides, sides), min_size=3, max_size=3), st.floats(0.2, 1.0))
-def test_cutting_keeps_the_area_and_leaves_no_long_edge(corners: list[tuple[float, ...]], longest: float) -> None:
-    whole = Triangles.flat(np.array([corners]))
-    pieces = whole.cut(longest)
-    assert pieces.area == pytest.approx(whole.area, rel=1e-6, abs=1e-9)
+@given(st.lists(triangles, min_size=1, max_size=4))
+def test_cutting_keeps_each_area_and_leaves_no_long_edge(drawn: list[tuple[list[tuple[float, ...]], float]]) -> None:
+    whole = Triangles.flat(np.array([corners for corners, _ in drawn]))
+    longest = np.array([longest for _, longest in drawn])
+    pieces, of = whole.cut(longest)
+    for triangle in range(len(whole)):
+        assert pieces[of == triangle].area == pytest.approx(whole[[triangle]].area, rel=1e-6, abs=1e-9)
     edges = np.linalg.norm(np.roll(pieces.corners, -1, axis=1) - pieces.corners, axis=2)
-    assert (edges <= longest).all()
+    assert (edges <= longest[of][:, None]).all()
 
 
 def test_charts_lie_apart_and_their_cells_cover_their_face() -> None:
