@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from refseq_bench.rows import distinct_rows
 from refseq_bench.sim.rendering.baked.charts import MARGIN, Chart
-from refseq_bench.sim.rendering.baked.surfaces import Surfaces, picture_of
+from refseq_bench.sim.rendering.baked.surfaces import Surfaces, moves, picture_of
 from refseq_bench.sim.rendering.baked.triangles import Floats, Triangles, distinct
 from refseq_bench.worlds.lighting.ambient import AXES, EYE
 from refseq_bench.worlds.lighting.baking import Baked, Shell
@@ -81,7 +81,7 @@ def light_still(model: mujoco.MjModel, surfaces: Surfaces, bake: Bake) -> StillL
         cards=cards,
         corners=np.concatenate([cells, on_charts + index.reshape(-1, 3)]),
     )
-    places = _probe_places(cards)
+    places = _probe_places(cards, *_firm(model))
     six = Cards(np.repeat(places, len(AXES), axis=0), np.tile(AXES, (len(places), 1)))
     found = bake(shell, six)
     corners = np.zeros((len(surfaces), 3))
@@ -165,11 +165,35 @@ def _albedo(model: mujoco.MjModel, surfaces: Surfaces) -> Floats:
     return np.array([finish.albedo * means.get(finish.texture, 1.0) for finish in surfaces.finish])
 
 
-def _probe_places(cards: Cards) -> Floats:
-    """Places above the ground, (n, 3) [m]; the middle of all where nothing is level."""
-    ground = cards.points[cards.normals[:, 2] > LEVEL]
+def _probe_places(cards: Cards, low: Floats, high: Floats) -> Floats:
+    """Places above the ground from ``low`` to ``high`` (2,) [m], (n, 3) [m]; the middle of all where there is none."""
+    within = ((cards.points[:, :2] >= low) & (cards.points[:, :2] <= high)).all(axis=1)
+    ground = cards.points[within & (cards.normals[:, 2] > LEVEL)]
     if not len(ground):
         return cards.points.mean(axis=0, keepdims=True) if len(cards) else np.zeros((1, 3))
     cells = np.round(ground / PROBE_STEP).astype(int)
     first, _ = distinct_rows(cells)
     return np.asarray(ground[first] + [0.0, 0.0, EYE])
+
+
+def _firm(model: mujoco.MjModel) -> tuple[Floats, Floats]:
+    """The least and the most x and y of all that stands still and is touched, floors too, (2,) each [m].
+
+    What moves keeps within: the land around a car park, which is looked at only, is five times as wide as the place.
+    """
+    rest = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, rest)
+    touched = (model.geom_contype | model.geom_conaffinity) != 0
+    firm = [geom for geom in np.flatnonzero(touched) if not moves(model, int(model.geom_bodyid[geom]))]
+    if not firm:
+        return np.full(2, -np.inf), np.full(2, np.inf)
+    rotation = rest.geom_xmat[firm].reshape(-1, 3, 3)
+    middle, half = model.geom_aabb[firm, :3].copy(), model.geom_aabb[firm, 3:].copy()
+    # A plane is touched without end; it counts as wide as it is shown.
+    planes = model.geom_type[firm] == mujoco.mjtGeom.mjGEOM_PLANE
+    shown = model.geom_size[firm, :2]
+    half[planes, :2] = np.where(shown > 0.0, shown, half[:, :2])[planes]
+    middle[planes, 2] = half[planes, 2] = 0.0
+    middle = rest.geom_xpos[firm] + np.einsum("gij,gj->gi", rotation, middle)
+    half = np.einsum("gij,gj->gi", np.abs(rotation), half)
+    return (middle - half)[:, :2].min(axis=0), (middle + half)[:, :2].max(axis=0)
