@@ -222,37 +222,33 @@ class _Walls:
         """
         if len(points) > POINTS:
             points = points[np.linspace(0, len(points) - 1, POINTS).astype(np.intp)]
-        x, y, heading = np.array(_candidates(motions)).T[:, :, None]
+        x, y, heading = _candidates(motions)[:, :, None]
         cos, sin = np.cos(heading), np.sin(heading)
-        moved = np.stack([x + cos * points[:, 0] - sin * points[:, 1], y + sin * points[:, 0] + cos * points[:, 1]], -1)
-        cells = _cells(moved)  # (candidates, n, 2)
-        side = len(self._away)
-        seen = ((cells >= 0) & (cells < side)).all(axis=-1)
+        # (candidates, n), axis by axis: sums over pairs of numbers take twice as long.
+        x = x + cos * points[:, 0] - sin * points[:, 1]
+        y = y + sin * points[:, 0] + cos * points[:, 1]
+        row, column, side = _cells(x), _cells(y), len(self._away)
+        seen = (row >= 0) & (row < side) & (column >= 0) & (column < side)
         if self._half < math.pi - 1e-6:
             # A bearing is within the field of view where its cosine to the middle is large enough.
-            ahead = moved[..., 0] * math.cos(self._middle) + moved[..., 1] * math.sin(self._middle)
-            seen &= ahead >= math.cos(self._half) * np.sqrt((moved**2).sum(axis=-1))
-        inside = np.clip(cells, 0, side - 1)
+            ahead = x * math.cos(self._middle) + y * math.sin(self._middle)
+            seen &= ahead >= math.cos(self._half) * np.sqrt(x**2 + y**2)
+        found = self._away.take(row * side + column, mode="clip")
         # What lies in the next cell may be there by rounding alone.
-        distances = np.clip((self._away[inside[..., 0], inside[..., 1]] - 1) * CELL, 0.0, FARTHEST)
+        distances = np.clip((found - 1) * CELL, 0.0, FARTHEST)
         counts = seen.sum(axis=1)
         means = np.where(counts >= FEWEST, (distances * seen).sum(axis=1) / np.maximum(counts, 1), FARTHEST)
         return float(means.min())
 
 
-def _candidates(motions: list[tuple[float, float]]) -> list[tuple[float, float, float]]:
-    """Poses after motions (distance, turn) with the errors that are allowed for: x, y [m], heading [rad]."""
-    poses = []
-    for distance, turn in motions:
-        slack = 0.05 + 0.05 * abs(distance)
-        nearest = round(turn / HEADING)
-        for number in range(nearest - HEADINGS, nearest + HEADINGS + 1):
-            heading = number * HEADING
-            cos, sin = math.cos(heading / 2), math.sin(heading / 2)
-            for share in ALONG:
-                along = distance + share * slack
-                poses += [(along * cos - side * sin, along * sin + side * cos, heading) for side in SIDEWAYS]
-    return poses
+def _candidates(motions: list[tuple[float, float]]) -> NDArray[np.float64]:
+    """Poses after motions (distance, turn) with the errors that are allowed for: x, y [m] and heading [rad], (3, n)."""
+    distance, turn = np.array(motions).T[..., None, None, None]
+    heading = HEADING * (np.round(turn / HEADING) + np.arange(-HEADINGS, HEADINGS + 1)[:, None, None])
+    along = distance + np.array(ALONG)[:, None] * (0.05 + 0.05 * np.abs(distance))
+    cos, sin, side = np.cos(heading / 2), np.sin(heading / 2), np.array(SIDEWAYS)
+    poses = np.broadcast_arrays(along * cos - side * sin, along * sin + side * cos, heading)
+    return np.stack(poses).reshape(3, -1)
 
 
 def _cells(points: NDArray[np.float64]) -> NDArray[np.intp]:
