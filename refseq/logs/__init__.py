@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from refseq.logs.carmen import write_carmen
+    from refseq.logs.carmen.writer import write_carmen
     from refseq.logs.findings import Findings
     from refseq.logs.foxglove.writer import RecordingWriter
     from refseq.logs.kinds import open_log
@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "carmen": ("write_carmen",),
+    "carmen.writer": ("write_carmen",),
     "findings": ("Findings",),
     "foxglove.writer": ("RecordingWriter",),
     "kinds": ("open_log",),

@@ -32,13 +32,13 @@ def _open_foxglove(path: Path) -> LogSource:
 
 
 def _is_carmen(path: Path) -> bool:
-    from refseq.logs.carmen import is_carmen
+    from refseq.logs.carmen.text import is_carmen
 
     return is_carmen(path)
 
 
 def _open_carmen(path: Path) -> LogSource:
-    from refseq.logs.carmen import CarmenSource
+    from refseq.logs.carmen.source import CarmenSource
 
     return CarmenSource(path)
 

@@ -23,7 +23,8 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from refseq.drafts import draft_folder
 from refseq.errors import LogError
 from refseq.files import put_folder, replacing, replacing_at
-from refseq.logs.carmen import CutOffError, LineSpan, is_carmen, text_lines
+from refseq.logs.carmen.source import LineSpan
+from refseq.logs.carmen.text import CutOffError, is_carmen, text_lines
 from refseq.logs.closing import incomplete
 from refseq.logs.foxglove.records import McapMessage, is_mcap, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME

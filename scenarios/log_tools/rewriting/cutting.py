@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.dead_reckoning import way_along
 from refseq.errors import LogError
-from refseq.logs.carmen import CarmenSource, LineSpan
+from refseq.logs.carmen.source import CarmenSource, LineSpan
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import Sample
 from refseq_bench.scenarios.drives.selection import stretch

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from refseq.errors import LogError
 from refseq.logs import Role, open_log, plan_views, read_recording, write_carmen
-from refseq.logs.carmen import NO_RETURN
+from refseq.logs.carmen.layouts import NO_RETURN
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
 from refseq.view import Scan, View, facing

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refseq.logs.carmen import write_carmen
+from refseq.logs import write_carmen
 from refseq.view import View
 from refseq_bench.scenarios.drives.benchmark import (
     Benchmark,

@@ -112,7 +112,7 @@ ALL = set(KINDS)
         ("refseq/logs/foxglove/writer.py", ALL),
         ("refseq/logs/foxglove/source.py", ALL - {"recording"}),  # reads what was recorded, and records nothing
         ("refseq/logs/thin.py", ALL - {"recording"}),
-        ("refseq/logs/carmen.py", {"real log", "mission", "remote"}),
+        ("refseq/logs/carmen/source.py", {"real log", "mission", "remote"}),
         ("refseq/logs/ros/bag.py", {"real log", "mission", "remote"}),
         ("refseq_bench/worlds/library/hallway.toml", DRIVEN),
         ("refseq_bench/worlds/library/new.toml", DRIVEN),

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refseq.logs import RecordingWriter
-from refseq.logs.carmen import write_carmen
+from refseq.logs import RecordingWriter, write_carmen
 from refseq.planar import Pose
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive

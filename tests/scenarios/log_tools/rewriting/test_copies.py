@@ -11,7 +11,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from refseq.errors import LogError
 from refseq.logs import RecordingWriter, open_log, plan_views, read_recording
-from refseq.logs.carmen import LineSpan
+from refseq.logs.carmen.source import LineSpan
 from refseq.logs.formats import DriveFormat, output_format
 from refseq.planar import Pose
 from refseq.view import View

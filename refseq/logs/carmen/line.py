@@ -1,0 +1,71 @@
+"""One line of a log and its fields."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.limits import BEAMS
+from refseq.logs.carmen.text import text_lines
+
+MOST = 1e12
+"""The largest number that is believed: times are below 2e9 s, places below 1e7 m."""
+LONGEST_COUNT = 9
+"""Digits of the largest number of ranges that is looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class CarmenLine:
+    """The fields of one line, with its place for messages; one that is not ``ended`` may have been cut off."""
+
+    path: Path
+    number: int
+    fields: Sequence[str]
+    ended: bool = True
+
+    @property
+    def kind(self) -> str:
+        """The first field."""
+        return self.fields[0]
+
+    def error(self, what: str) -> LogError:
+        """Make an error that tells the line's place."""
+        return LogError(f"{self.path}: line {self.number}: {self.kind:.40}: {what}")
+
+    def floats(self, start: int, stop: int) -> NDArray[np.float64]:
+        """The fields from ``start`` to before ``stop`` as numbers, (stop - start,); raises ``LogError`` for others."""
+        try:
+            values = np.array(self.fields[start:stop], dtype=float)
+        except ValueError as error:
+            raise self.error(f"{error!s:.200}; valid are numbers in fields {start} to {stop - 1}") from error
+        if not (wrong := ~(np.abs(values) <= MOST)).any():
+            return values
+        bad = int(np.flatnonzero(wrong)[0])
+        raise self.error(
+            f"field {start + bad} is {self.fields[start + bad]:.40}; valid are finite numbers up to {MOST:g}"
+        )
+
+    def count(self, index: int) -> int:
+        """The whole number in field ``index``, which says how many values follow."""
+        found = self.fields[index] if len(self.fields) > index else "nothing"
+        if not (found.isascii() and found.isdecimal() and len(found) <= LONGEST_COUNT):
+            raise self.error(f"field {index} is {found:.40}; valid is the number of ranges")
+        BEAMS.check(int(found), f"{self.path}: line {self.number}: {self.kind}: has")
+        return int(found)
+
+    def expect(self, length: int, ranges: int | None = None) -> None:
+        """Raise ``LogError`` for another number of fields than ``length``, which so many ``ranges`` make."""
+        if len(self.fields) != length:
+            why = "" if ranges is None else f" for {ranges} ranges"
+            raise self.error(f"has {len(self.fields)} fields; valid are {length}{why}")
+
+
+def lines_in(path: Path) -> Iterator[CarmenLine]:
+    """Lines that are neither blank nor comments. Raises ``CutOffError`` where compressed data end before their time."""
+    for number, text in enumerate(text_lines(path), 1):
+        fields = text.decode("utf-8", errors="replace").split()
+        if fields and not fields[0].startswith("#"):
+            yield CarmenLine(path, number, fields, text.endswith(b"\n"))
