@@ -11,16 +11,13 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-import cv2
 import numpy as np
-from foxglove import messages
 
 from refseq.belief import Belief, PoseBeside, Timings, pose_beside
 from refseq.errors import LogError, RefseqError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.logs.decoding.picture import CompressedPicture
-from refseq.logs.foxglove.writer import FAST_PNG
-from refseq.logs.source import NANOSECONDS
+from refseq.logs.foxglove.outgoing import picture_message, scan_message
 from refseq.modules.heads import MessageError, Parts, head_bytes, read_head
 from refseq.serve.channels import robot_channel
 from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
@@ -171,14 +168,7 @@ def sent_scan(scan: Scan | None, time: float) -> SentScan:
     if scan is None or not len(scan.ranges):
         return SentScan()
     scan = facing(scan)
-    bearings = scan.bearings
-    message = messages.LaserScan(
-        timestamp=_stamp(time),
-        frame_id=LASER,
-        start_angle=float(bearings[0]),
-        end_angle=float(bearings[-1]),
-        ranges=scan.ranges.astype(float).tolist(),
-    )
+    message = scan_message(scan, time)
     return SentScan(ScanGeometry(scan.start, scan.step, scan.max_range), ((LASER, message.encode()),))
 
 
@@ -202,9 +192,7 @@ def view_parts(drive: str, number: int, view: View) -> Parts:
     head = ViewHead(drive, number, view.time, view.distance, view.turn, view.has_odometry, scan.geometry)
     parts = [(HEAD, head_bytes(head))]
     for name, image in view.images.items():
-        data = cv2.imencode(".png", image, FAST_PNG)[1].tobytes()
-        message = messages.CompressedImage(timestamp=_stamp(view.time), frame_id=name, data=data, format="png")
-        parts.append((CAMERA + name, message.encode()))
+        parts.append((CAMERA + name, picture_message(name, image, view.time).encode()))
     return [*parts, *scan.parts]
 
 
@@ -265,11 +253,6 @@ def belief_in(data: bytes) -> NumberedBelief:
 
 def _pose_in(told: Any) -> PoseBeside:
     return pose_beside([told["along"], told["aside"], told["heading"]], told["covariance"])
-
-
-def _stamp(time: float) -> messages.Timestamp:
-    nanoseconds = round(time * NANOSECONDS)
-    return messages.Timestamp(sec=nanoseconds // NANOSECONDS, nsec=nanoseconds % NANOSECONDS)
 
 
 def _content(data: bytes, kind: str) -> Any:

@@ -2,13 +2,13 @@
 
 import base64
 import json
-import math
 from dataclasses import asdict, dataclass
 
 from foxglove import messages
 
 from refseq.belief import Belief, BeliefMode, PoseBeside, Timings
 from refseq.fault import FaultKind
+from refseq.logs.foxglove.outgoing import nanoseconds_of, pose_message, stamp_message
 from refseq.map.map import Map
 from refseq.planar import Pose
 from refseq.serve.protocol import ServerChannel
@@ -16,7 +16,6 @@ from refseq.view import View
 
 FRAME = "map"
 """Frame that poses are in: that of the map's places."""
-NANOSECONDS = 1_000_000_000
 
 NUMBER, WHOLE, TEXT = {"type": "number"}, {"type": "integer"}, {"type": "string"}
 SCHEMA = {
@@ -109,7 +108,7 @@ class BeliefAnswer:
     @property
     def nanoseconds(self) -> int:
         """The view's time [ns]."""
-        return round(self.view.time * NANOSECONDS)
+        return nanoseconds_of(self.view.time)
 
     @property
     def json(self) -> bytes:
@@ -143,14 +142,8 @@ class BeliefAnswer:
         """The message on ``POSE``."""
         if self.pose is None:
             return None
-        half = self.pose.heading / 2
         return messages.PoseInFrame(
-            timestamp=messages.Timestamp(sec=self.nanoseconds // NANOSECONDS, nsec=self.nanoseconds % NANOSECONDS),
-            frame_id=FRAME,
-            pose=messages.Pose(
-                position=messages.Vector3(x=self.pose.x, y=self.pose.y, z=0.0),
-                orientation=messages.Quaternion(x=0.0, y=0.0, z=math.sin(half), w=math.cos(half)),
-            ),
+            timestamp=stamp_message(self.view.time), frame_id=FRAME, pose=pose_message(self.pose)
         ).encode()
 
 

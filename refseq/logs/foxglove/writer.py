@@ -10,9 +10,7 @@ from contextlib import contextmanager, suppress
 from io import FileIO
 from pathlib import Path
 
-import cv2
 import foxglove
-import numpy as np
 from foxglove import messages
 from foxglove.channels import (
     CompressedImageChannel,
@@ -26,23 +24,16 @@ from foxglove.mcap import MCAPWriteOptions
 from refseq.errors import LogError
 from refseq.files import free_names, put
 from refseq.logs.closing import ClosedAtExit
+from refseq.logs.foxglove.outgoing import nanoseconds_of, picture_message, pose_message, scan_message, stamp_message
 from refseq.logs.rig import SensorRig
 from refseq.logs.writing import words_of, writable
 from refseq.planar import Pose
-from refseq.view import LASER, Scan, View
+from refseq.view import LASER, View
 
 PROFILE = METADATA_NAME = "refseq"
 ODOMETRY_TOPIC = "/odometry"
 TRUTH_TOPIC = "/truth"
 BEHAVIOUR_TOPIC = "/behaviour"
-NANOSECONDS = 1_000_000_000
-FAST_PNG = (
-    *(int(cv2.IMWRITE_PNG_COMPRESSION), 1),
-    *(int(cv2.IMWRITE_PNG_FILTER), int(cv2.IMWRITE_PNG_FILTER_AVG)),
-    *(int(cv2.IMWRITE_PNG_STRATEGY), int(cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY)),
-)
-"""A quarter less time than OpenCV's default, and a twelfth smaller: noise leaves no repetitions to look for, and the
-mean of two neighbours has less of it than one."""
 
 
 class RecordingFormat:
@@ -102,34 +93,25 @@ class RecordingWriter(ClosedAtExit):
         self.written += 1
 
     def _write(self, view: View, odometry: Pose) -> None:
-        nanoseconds = round(view.time * NANOSECONDS)
-        stamp = messages.Timestamp(sec=nanoseconds // NANOSECONDS, nsec=nanoseconds % NANOSECONDS)
+        stamp, nanoseconds = stamp_message(view.time), nanoseconds_of(view.time)
         for camera, image in view.images.items():
             channel = self._images.get(camera)
             if channel is None:
                 channel = self._images[camera] = CompressedImageChannel(f"/{camera}", context=self._context)
-            data = cv2.imencode(".png", image, FAST_PNG)[1].tobytes()
-            channel.log(
-                messages.CompressedImage(timestamp=stamp, frame_id=camera, data=data, format="png"),
-                log_time=nanoseconds,
-            )
+            channel.log(picture_message(camera, image, view.time), log_time=nanoseconds)
         if view.scan is not None:
-            self._laser.log(_laser_message(view.scan, stamp), log_time=nanoseconds)
+            self._laser.log(scan_message(view.scan, view.time), log_time=nanoseconds)
         if view.truth is not None:
-            self._truth.log(
-                messages.PoseInFrame(timestamp=stamp, frame_id="world", pose=_pose_message(view.truth)),
-                log_time=nanoseconds,
-            )
+            truth = messages.PoseInFrame(timestamp=stamp, frame_id="world", pose=pose_message(view.truth))
+            self._truth.log(truth, log_time=nanoseconds)
         if view.behaviour:
             self._behaviour = self._behaviour or LogChannel(BEHAVIOUR_TOPIC, context=self._context)
             told = messages.Log(timestamp=stamp, level=messages.LogLevel.Info, message=view.behaviour, name="behaviour")
             self._behaviour.log(told, log_time=nanoseconds)
-        self._odometry.log(
-            messages.Odometry(
-                timestamp=stamp, frame_id="odometry", body_frame_id="robot", pose=_pose_message(odometry)
-            ),
-            log_time=nanoseconds,
+        shown = messages.Odometry(
+            timestamp=stamp, frame_id="odometry", body_frame_id="robot", pose=pose_message(odometry)
         )
+        self._odometry.log(shown, log_time=nanoseconds)
         self._writer.flush()
 
     def note(self, metadata: Mapping[str, str]) -> None:
@@ -185,22 +167,3 @@ def _new_file(path: Path) -> FileIO:
         with suppress(FileExistsError):
             return name.open("xb", buffering=0)
     raise AssertionError
-
-
-def _laser_message(scan: Scan, stamp: messages.Timestamp) -> messages.LaserScan:
-    bearings = scan.bearings
-    return messages.LaserScan(
-        timestamp=stamp,
-        frame_id=LASER,
-        start_angle=float(bearings[0]),
-        end_angle=float(bearings[-1]),
-        ranges=scan.ranges.astype(float).tolist(),
-    )
-
-
-def _pose_message(pose: Pose) -> messages.Pose:
-    half = pose.heading / 2
-    return messages.Pose(
-        position=messages.Vector3(x=pose.x, y=pose.y, z=0.0),
-        orientation=messages.Quaternion(x=0.0, y=0.0, z=float(np.sin(half)), w=float(np.cos(half))),
-    )

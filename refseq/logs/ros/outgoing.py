@@ -15,7 +15,7 @@ import numpy as np
 from rosbags.typesys.store import Typestore
 
 from refseq.errors import LogError
-from refseq.logs.foxglove.writer import FAST_PNG
+from refseq.logs.foxglove.outgoing import FAST_PNG
 from refseq.logs.rig import SensorRig
 from refseq.logs.ros.contents import BEHAVIOUR_TOPIC, STATIC_TOPIC
 from refseq.logs.source import NANOSECONDS, CameraCalibration

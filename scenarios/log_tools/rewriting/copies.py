@@ -30,7 +30,6 @@ from refseq.logs.foxglove.records import McapMessage, is_mcap, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME
 from refseq.logs.ros.storage import ROSBAG1_MAGIC
 
-NANOSECONDS = 1_000_000_000
 MCAP: tuple[str, ...] = (".mcap",)
 ROSBAG1: tuple[str, ...] = (".bag",)
 CARMEN: tuple[str, ...] = (".clf", ".log", ".carmen")

@@ -11,10 +11,10 @@ from refseq.dead_reckoning import way_along
 from refseq.errors import LogError
 from refseq.logs.carmen.source import CarmenSource, LineSpan
 from refseq.logs.pairing.plan import ViewPlan
-from refseq.logs.source import Sample
+from refseq.logs.source import NANOSECONDS, Sample
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.log_tools.rewriting.copies import NANOSECONDS, LoggedSpan
+from refseq_bench.scenarios.log_tools.rewriting.copies import LoggedSpan
 
 STANDING_TURN = math.radians(5)
 STANDING_WAY = 0.1
