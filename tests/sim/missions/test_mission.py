@@ -28,6 +28,7 @@ from refseq.missions import (
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench import robots
+from refseq_bench.robots import Twist
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -170,6 +171,31 @@ def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: Map) -> 
     assert done.executor.status is Status.COMPLETED
     assert done.seen == ()
     assert math.dist(done.track[-1, 1:3], at(learnt.poses[6])) < 0.3
+
+
+def test_a_mission_counts_from_its_own_begin_whatever_the_robot_did_before(offices: World, learnt: Map) -> None:
+    """By the odometer alone, of a robot that went 1.2 m and was carried back: neither its way nor its time counts."""
+    touches: list[float] = []
+
+    def each(executor: Executor, bench: Bench) -> None:
+        if executor.time > 2.0 and not touches:
+            touches.append(executor.time)
+            bench.place(Pose(bench.pose.x, 1.2 - bench.robot.shape.half_width + 0.03, bench.pose.heading))
+
+    with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
+        start = bench.pose
+        for _ in range(90):
+            bench.drive(Twist(0.4, 0.0))
+        assert bench.state.distance > 1.0
+        bench.place(start)
+        plan = compiled(parse_mission("[LI6]"), path_along(learnt))
+        done = run_mission(bench, Executor(plan, localised=False), None, timeout=60.0)
+        assert done.executor.status is Status.COMPLETED, told(done)
+        assert math.dist(done.track[-1, 1:3], at(learnt.poses[6])) < 0.3
+        assert (done.track[0, 0], done.track[0, 4]) == pytest.approx((0.04, 0.0), abs=0.02)
+        bench.place(start)
+        pushed = run_mission(bench, Executor(plan, localised=False), None, each=each, timeout=4.0)
+    assert touches[0] <= pushed.touches[0].time < 4.0
 
 
 # --- what is refused ---

@@ -12,24 +12,31 @@ from foxglove import channels, messages
 from refseq.errors import LogError
 from refseq.logs import open_log, plan_views, read_recording
 from refseq.planar import Pose, motion_between
-from tests.refseq.logs.foxglove_drive import TOPICS, ns, pose_message, write_foxglove
+from tests.refseq.logs.foxglove_drive import TOPICS, ns, pose_message, transforms_message, write_foxglove
 from tests.refseq.logs.robot_drive import Moment, RobotDrive, Sense
 
 DRIVE = RobotDrive(seconds=6.0)
 
 
-def write_retimed(path: Path, stamp_back: float, log_back: float) -> Path:
-    """After 3 s the stamps and the log's clock are set back by so much [s]; there is odometry and a laser."""
+def write_retimed(path: Path, stamp_back: float, log_back: float, *, tf: bool = False) -> Path:
+    """After 3 s the stamps and the log's clock are set back by so much [s]; there is odometry and a laser.
+
+    With ``tf`` transforms alone tell where the odometer is.
+    """
     context = foxglove.Context()
     with foxglove.open_mcap(str(path), allow_overwrite=True, context=context):
         odometry = channels.OdometryChannel("/odom", context=context)
+        transforms = channels.FrameTransformsChannel("/tf", context=context)
         laser = channels.LaserScanChannel("/scan", context=context)
         for moment in DRIVE.moments:
             late = moment.time - DRIVE.start > 3.0
             nanoseconds = ns(moment.time - late * stamp_back)
             logged = ns(moment.logged - late * log_back)
             stamp = messages.Timestamp(sec=nanoseconds // 10**9, nsec=nanoseconds % 10**9)
-            if moment.sense is Sense.ODOMETRY:
+            if moment.sense is Sense.ODOMETRY and tf:
+                moved = transforms_message(stamp, "odom", "base_link", DRIVE.odometry(moment.time))
+                transforms.log(moved, log_time=logged)
+            elif moment.sense is Sense.ODOMETRY:
                 pose = pose_message(DRIVE.odometry(moment.time))
                 odometry.log(messages.Odometry(timestamp=stamp, body_frame_id="base_link", pose=pose), log_time=logged)
             if moment.sense is Sense.SCAN:
@@ -40,17 +47,18 @@ def write_retimed(path: Path, stamp_back: float, log_back: float) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("stamps", "log", "told"),
+    ("stamps", "log", "tf", "told"),
     [
-        (2.5, 0.0, "the stamps of /odom jump back by 2."),
-        (2.5, 2.5, "the log's clock jumps back by 2."),
-        (500.0, 500.0, "the log's clock jumps back by 49"),
+        (2.5, 0.0, False, "the stamps of /odom jump back by 2."),
+        (2.5, 0.0, True, "the stamps of /scan jump back by 2."),
+        (2.5, 2.5, False, "the log's clock jumps back by 2."),
+        (500.0, 500.0, False, "the log's clock jumps back by 49"),
     ],
 )
 def test_a_clock_that_is_set_back_is_told_and_the_way_stays_whole(
-    tmp_path: Path, stamps: float, log: float, told: str
+    tmp_path: Path, stamps: float, log: float, tf: bool, told: str
 ) -> None:
-    recording = read_recording(write_retimed(tmp_path / "back.mcap", stamps, log))
+    recording = read_recording(write_retimed(tmp_path / "back.mcap", stamps, log, tf=tf))
     assert recording.findings
     assert any(note.startswith(told) for note in recording.findings.notes)
     assert len(recording.views) == pytest.approx(60, abs=2)
