@@ -5,6 +5,7 @@ import sqlite3
 import struct
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +99,21 @@ def test_a_folder_of_recordings_is_no_bag(tmp_path: Path) -> None:
     (folder / "tuesday.mcap").rename(folder / "monday_10.mcap")
     (folder / "monday.mcap").rename(folder / "monday_9.mcap")
     assert len(read_recording(folder).views) == 10
+
+
+def test_files_of_one_bag_follow_each_other_by_their_numbers(tmp_path: Path) -> None:
+    """A recorder that begins a new file each minute has ten of them after ten; by letters the tenth would be early."""
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    for number in (2, 9, 10):
+        minute = replace(DRIVE, start=DRIVE.start + 60.0 * number)
+        write_ros2_mcap(folder / f"bag_{number}.mcap", minute, SMALL)
+    recording = read_recording(folder)
+    assert recording.findings
+    assert recording.findings.notes == (), "no clock jumps back"
+    minutes = [int((view.time - DRIVE.start) // 60) for view in recording.views]
+    assert minutes == sorted(minutes)
+    assert set(minutes) == {2, 9, 10}
 
 
 @pytest.mark.parametrize("plugin", StoragePlugin)
