@@ -68,6 +68,26 @@ def test_a_clock_that_is_set_back_is_told_and_the_way_stays_whole(
     assert all(0 < view.distance < 0.2 for view in recording.views[1:])
 
 
+def test_behind_a_clock_that_was_set_back_no_time_comes_twice(tmp_path: Path) -> None:
+    """The first message behind it may be one of a topic that comes once a second, long after the last of its own."""
+    context = foxglove.Context()
+    path = tmp_path / "back.mcap"
+    with foxglove.open_mcap(str(path), context=context):
+        laser = channels.LaserScanChannel("/scan", context=context)
+        odometry = channels.OdometryChannel("/odom", context=context)
+        for tick in range(80):
+            logged = ns(100.0 + tick / 10 - 4.0 * (tick >= 39))
+            if tick % 10 == 9:
+                scan = messages.LaserScan(start_angle=-1, end_angle=1, ranges=[1.0, 2.0, 3.0])
+                laser.log(scan, log_time=logged)
+            if tick != 39:
+                odometry.log(messages.Odometry(pose=pose_message(Pose(0.1 * tick, 0.0, 0.0))), log_time=logged)
+    findings = read_recording(path).findings
+    assert findings
+    assert [note[:34] for note in findings.notes] == ["the log's clock jumps back by 3.90"]
+    assert {topic: one.backward for topic, one in findings.channels.items()} == {"/odom": 0, "/scan": 0}
+
+
 def test_messages_that_overtake_each_other_are_counted(tmp_path: Path) -> None:
     drive = replace(DRIVE, jitter=0.04, latency=0.2)
     recording = read_recording(write_foxglove(tmp_path / "jitter.mcap", drive))
