@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from refseq.belief import Belief, belief_from
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
@@ -34,6 +35,7 @@ from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_drive import run_and_sense
 from refseq_bench.sim.drives.trigger import Trigger
+from refseq_bench.sim.drives.view_spacing import LOOKING
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.missions.mission import DrivenMission, run_mission
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -253,6 +255,19 @@ def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: Map) -> None:
     assert x[-1] > x[np.searchsorted(time, 9.0)] + 0.3
     assert abs(x[-1] - x[-2]) < 0.002, "it stands in the end"
     assert 13.0 <= time[-1] <= 15.0
+
+
+def test_a_robot_that_does_not_know_where_it_is_stands_and_looks_once_a_second(offices: World, learnt: Map) -> None:
+    class Lost:
+        def update(self, view: View) -> Belief:
+            return belief_from(np.ones(len(learnt)), lost=0.99)
+
+    with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
+        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), Lost(), timeout=6.0)
+    times = [seen.view.time for seen in done.seen]
+    assert len(times) >= 6
+    assert np.diff(times) == pytest.approx(LOOKING, abs=0.05)
+    assert np.ptp(done.track[:, 1]) < 0.01
 
 
 def test_a_mission_that_takes_too_long_is_aborted(offices: World, learnt: Map) -> None:
