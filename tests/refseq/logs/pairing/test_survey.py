@@ -100,6 +100,24 @@ def test_messages_that_overtake_each_other_are_counted(tmp_path: Path) -> None:
         assert view.distance == pytest.approx(expected[0], abs=5e-3)
 
 
+def test_rates_gaps_and_delays_of_a_channel_are_those_of_its_messages(tmp_path: Path) -> None:
+    drive = replace(DRIVE, gap=(2.0, 3.5), latency=0.3)
+    findings = read_recording(write_foxglove(tmp_path / "drive.mcap", drive)).findings
+    assert findings
+    for sense in (Sense.PICTURE, Sense.SCAN, Sense.ODOMETRY, Sense.TRUTH):
+        there = [moment for moment in drive.moments if moment.sense is sense]
+        times = np.sort([moment.time for moment in there])
+        longest = int(np.diff(times).argmax())
+        found = findings.channels[TOPICS[sense]]
+        assert found.channel.count == len(there)
+        assert (found.first, found.last) == pytest.approx((times[0], times[-1]), abs=1e-6)
+        assert found.rate == pytest.approx(1 / np.median(np.diff(times)), rel=1e-3)
+        assert found.longest_gap == pytest.approx(times[longest + 1] - times[longest], abs=1e-6)
+        assert found.gap_at == pytest.approx(times[longest], abs=1e-6)
+        assert found.offset == pytest.approx(np.median([moment.logged - moment.time for moment in there]), abs=1e-6)
+        assert found.offset > 0.05
+
+
 def write_twice(path: Path, kind: str) -> Path:
     """Two odometers, or two lasers, of which the second one comes half as often."""
     context = foxglove.Context()
