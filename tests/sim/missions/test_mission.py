@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -46,6 +47,7 @@ from refseq_bench.worlds.plans.load import load_plan
 BLIND = BenchSettings(RendererKind.NONE, cameras=())
 WEST = Landmarks({"LA3": "end"})
 ABOUT = "MN:25"
+PICTURE = np.zeros((480, 640), np.uint8)
 LASER_AHEAD = 0.25
 """Of the Robuter's axle [m]."""
 
@@ -257,17 +259,34 @@ def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: Map) -> None:
     assert 13.0 <= time[-1] <= 15.0
 
 
-def test_a_robot_that_does_not_know_where_it_is_stands_and_looks_once_a_second(offices: World, learnt: Map) -> None:
-    class Lost:
-        def update(self, view: View) -> Belief:
-            return belief_from(np.ones(len(learnt)), lost=0.99)
+class Lost:
+    """A localiser with so many ``places`` that says lost whatever it sees, and keeps the cameras of each view."""
 
+    def __init__(self, places: int) -> None:
+        self._places, self.cameras = places, list[list[str]]()
+
+    def update(self, view: View) -> Belief:
+        self.cameras.append(list(view.images))
+        return belief_from(np.ones(self._places), lost=0.99)
+
+
+def test_a_robot_that_does_not_know_where_it_is_stands_and_looks_once_a_second(offices: World, learnt: Map) -> None:
     with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
-        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), Lost(), timeout=6.0)
+        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), Lost(len(learnt)), timeout=6.0)
     times = [seen.view.time for seen in done.seen]
     assert len(times) >= 6
     assert np.diff(times) == pytest.approx(LOOKING, abs=0.05)
     assert np.ptp(done.track[:, 1]) < 0.01
+
+
+def test_views_are_kept_without_their_images_which_would_fill_the_memory(offices: World, learnt: Map) -> None:
+    with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
+        sense, localiser = bench.sense, Lost(len(learnt))
+        bench.sense = lambda: replace(sense(), images={"camera-1": PICTURE})  # type: ignore[method-assign]
+        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), localiser, timeout=2.0)
+    assert localiser.cameras == [["camera-1"]] * len(done.seen)
+    assert len(done.seen) >= 2
+    assert not any(seen.view.images for seen in done.seen)
 
 
 def test_a_mission_that_takes_too_long_is_aborted(offices: World, learnt: Map) -> None:
