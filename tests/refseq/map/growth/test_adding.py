@@ -18,6 +18,7 @@ from refseq.map.growth.adding import (
     _PlacedView,
     _remembered,
     _stretch,
+    check_drive,
 )
 from refseq.map.growth.experiences import Experiences
 from refseq.map.growth.seen import seen_drive
@@ -261,6 +262,15 @@ def test_a_drive_of_another_robot_is_told(map_: Map) -> None:
     with pytest.raises(MapError, match="the drive is of robot segway-rmp; valid is that of the map, robuter"):
         add_drive(ours, drive(2), metadata={"robot": "segway-rmp"})
     assert not add_drive(ours, drive(2), metadata={"robot": "robuter"}).known
+
+
+def test_a_map_of_two_robots_takes_drives_of_both_and_of_no_third(map_: Map) -> None:
+    ours, rules = map_.noted({"robot": "robuter, segway-rmp"}), GrowthSettings()
+    for robot in ("robuter", "segway-rmp", ""):
+        check_drive(ours, drive(2), {"robot": robot}, rules)
+    for robot in ("rob", "robuter, segway"):
+        with pytest.raises(MapError, match=f"of robot {robot}; valid is that of the map, robuter, segway-rmp"):
+            check_drive(ours, drive(2), {"robot": robot}, rules)
 
 
 @pytest.mark.parametrize(("wrong", "told"), [({"sure": 2.0}, "sure is 2.0"), ({"most": 0}, "0 experiences")])

@@ -57,7 +57,9 @@ def test_a_lamp_lights_the_floor_as_filament_lights_it(lamp: str) -> None:
 @pytest.mark.parametrize("share", [0.25, 0.5, 0.9])
 def test_a_lamp_fades_towards_its_range(share: float) -> None:
     """Filament's documentation, 'Attenuation function': (1 − (d / r)⁴)² beside the inverse square."""
-    lit, faded = (on_floor(card(POINT.format(height=2, reach=reach))[0], np.zeros((1, 3)))[0] for reach in (1e6, 2 / share))
+    lit, faded = (
+        on_floor(card(POINT.format(height=2, reach=reach))[0], np.zeros((1, 3)))[0] for reach in (1e6, 2 / share)
+    )
     assert lit == pytest.approx(100 / 2**2)
     assert faded / lit == pytest.approx((1 - share**4) ** 2)
 
