@@ -1,4 +1,4 @@
-"""What a view tells by itself: Bayes' rule over the places and over being lost."""
+"""A view by itself: Bayes' rule over the places and over being lost."""
 
 import numpy as np
 import pytest
