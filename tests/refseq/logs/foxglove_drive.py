@@ -85,7 +85,7 @@ def _messages(drive: RobotDrive, moment: Moment, setup: FoxgloveSetup) -> list[t
         case Sense.ODOMETRY if setup.odometry:
             pose = drive.odometry(moment.time)
             if setup.tf:
-                return [("/tf", _transform(stamp, "odom", "base_link", pose))]
+                return [("/tf", transforms_message(stamp, "odom", "base_link", pose))]
             message = messages.Odometry(
                 timestamp=stamp, frame_id="odom", body_frame_id="base_link", pose=pose_message(pose)
             )
@@ -107,7 +107,7 @@ def _picture(image: np.ndarray[Any, Any], stamp: messages.Timestamp, raw: str | 
     )
 
 
-def _transform(stamp: messages.Timestamp, parent: str, child: str, pose: Pose) -> messages.FrameTransforms:
+def transforms_message(stamp: messages.Timestamp, parent: str, child: str, pose: Pose) -> messages.FrameTransforms:
     half = pose.heading / 2
     one = messages.FrameTransform(
         timestamp=stamp,

@@ -220,6 +220,15 @@ def test_seeds_actions_and_options_that_do_not_fit_are_told() -> None:
         envs.step(np.array([[0.5, 0.0], [np.nan, 0.0]], np.float32))
 
 
+def test_a_batch_that_is_closed_gives_all_its_robots_back() -> None:
+    envs = batch(TWIST, 3)
+    envs.reset(seed=1)
+    envs.close()
+    for one in envs.envs:
+        with pytest.raises(SimError, match="no episode has begun, or it was closed: call reset first"):
+            one.step(np.zeros(2, np.float32))
+
+
 def test_nobody_moves_where_one_action_is_none() -> None:
     envs, action = batch(TWIST, 2), np.full((2, 2), 0.4, np.float32)
     envs.reset(seed=1)

@@ -65,6 +65,18 @@ def test_a_class_is_as_good_as_its_name() -> None:
         env.close()
 
 
+@pytest.mark.parametrize("turns", [False, True])
+def test_the_robot_stands_as_the_task_says_whether_it_needs_room_to_turn_or_not(turns: bool) -> None:
+    class Turning(GoHome): ...
+
+    Turning.turns = turns
+    env = RobotEnv(Turning, "corridor:3")
+    _, info = env.reset(seed=4)
+    start = env._running.episode.start
+    env.close()
+    assert info["pose"] == pytest.approx([start.x, start.y, start.heading], abs=0.02)
+
+
 def test_workers_find_it(ids: tuple[str, ...]) -> None:
     made = gym.make_vec(ids[1], 1, vectorization_mode="async", vector_kwargs={"context": "spawn"})
     seen, _ = made.reset(seed=[3])

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from refseq.belief import Belief, belief_from
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
@@ -28,11 +30,13 @@ from refseq.missions import (
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench import robots
+from refseq_bench.robots import Twist
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_drive import run_and_sense
 from refseq_bench.sim.drives.trigger import Trigger
+from refseq_bench.sim.drives.view_spacing import LOOKING
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.missions.mission import DrivenMission, run_mission
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -43,6 +47,7 @@ from refseq_bench.worlds.plans.load import load_plan
 BLIND = BenchSettings(RendererKind.NONE, cameras=())
 WEST = Landmarks({"LA3": "end"})
 ABOUT = "MN:25"
+PICTURE = np.zeros((480, 640), np.uint8)
 LASER_AHEAD = 0.25
 """Of the Robuter's axle [m]."""
 
@@ -172,6 +177,31 @@ def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: Map) -> 
     assert math.dist(done.track[-1, 1:3], at(learnt.poses[6])) < 0.3
 
 
+def test_a_mission_counts_from_its_own_begin_whatever_the_robot_did_before(offices: World, learnt: Map) -> None:
+    """By the odometer alone, of a robot that went 1.2 m and was carried back: neither its way nor its time counts."""
+    touches: list[float] = []
+
+    def each(executor: Executor, bench: Bench) -> None:
+        if executor.time > 2.0 and not touches:
+            touches.append(executor.time)
+            bench.place(Pose(bench.pose.x, 1.2 - bench.robot.shape.half_width + 0.03, bench.pose.heading))
+
+    with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
+        start = bench.pose
+        for _ in range(90):
+            bench.drive(Twist(0.4, 0.0))
+        assert bench.state.distance > 1.0
+        bench.place(start)
+        plan = compiled(parse_mission("[LI6]"), path_along(learnt))
+        done = run_mission(bench, Executor(plan, localised=False), None, timeout=60.0)
+        assert done.executor.status is Status.COMPLETED, told(done)
+        assert math.dist(done.track[-1, 1:3], at(learnt.poses[6])) < 0.3
+        assert (done.track[0, 0], done.track[0, 4]) == pytest.approx((0.04, 0.0), abs=0.02)
+        bench.place(start)
+        pushed = run_mission(bench, Executor(plan, localised=False), None, each=each, timeout=4.0)
+    assert touches[0] <= pushed.touches[0].time < 4.0
+
+
 # --- what is refused ---
 
 
@@ -227,6 +257,36 @@ def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: Map) -> None:
     assert x[-1] > x[np.searchsorted(time, 9.0)] + 0.3
     assert abs(x[-1] - x[-2]) < 0.002, "it stands in the end"
     assert 13.0 <= time[-1] <= 15.0
+
+
+class Lost:
+    """A localiser with so many ``places`` that says lost whatever it sees, and keeps the cameras of each view."""
+
+    def __init__(self, places: int) -> None:
+        self._places, self.cameras = places, list[list[str]]()
+
+    def update(self, view: View) -> Belief:
+        self.cameras.append(list(view.images))
+        return belief_from(np.ones(self._places), lost=0.99)
+
+
+def test_a_robot_that_does_not_know_where_it_is_stands_and_looks_once_a_second(offices: World, learnt: Map) -> None:
+    with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
+        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), Lost(len(learnt)), timeout=6.0)
+    times = [seen.view.time for seen in done.seen]
+    assert len(times) >= 6
+    assert np.diff(times) == pytest.approx(LOOKING, abs=0.05)
+    assert np.ptp(done.track[:, 1]) < 0.01
+
+
+def test_views_are_kept_without_their_images_which_would_fill_the_memory(offices: World, learnt: Map) -> None:
+    with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
+        sense, localiser = bench.sense, Lost(len(learnt))
+        bench.sense = lambda: replace(sense(), images={"camera-1": PICTURE})  # type: ignore[method-assign]
+        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), localiser, timeout=2.0)
+    assert localiser.cameras == [["camera-1"]] * len(done.seen)
+    assert len(done.seen) >= 2
+    assert not any(seen.view.images for seen in done.seen)
 
 
 def test_a_mission_that_takes_too_long_is_aborted(offices: World, learnt: Map) -> None:

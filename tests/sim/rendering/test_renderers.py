@@ -14,7 +14,7 @@ import pytest
 from refseq_bench.sim.errors import RendererError, SimError
 from refseq_bench.sim.rendering.drivers import gl_backend, gl_device, vulkan_device, vulkan_driver
 from refseq_bench.sim.rendering.filament import FilamentRenderer, prepare_spec, split_lights
-from refseq_bench.sim.rendering.frustum import farthest, frustum
+from refseq_bench.sim.rendering.frustum import CLIP_NEAR, eye_of, farthest, frustum
 from refseq_bench.sim.rendering.opening import open_renderer
 from refseq_bench.sim.rendering.renderer import Renderer, RendererKind, others_than
 
@@ -222,6 +222,21 @@ def test_the_far_plane_looks_at_all_of_a_broad_picture() -> None:
     mujoco.mj_forward(model, data)
     assert frustum(model, data, "down").frustum_far < 10.0
     assert frustum(model, data, "down", 16 / 9).frustum_far == mujoco_camera(model, data).frustum_far
+
+
+@pytest.mark.parametrize("lens", ["fovy='40'", "sensorsize='0.036 0.024' focal='0.03 0.03' principal='0.004 -0.002'"])
+def test_another_near_plane_leaves_the_picture_as_it_is(lens: str) -> None:
+    """All that bounds it grows alike, also where the camera tells of its sensor, off its lens' axis."""
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody><camera name='eye' {lens}/></worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    seen, theirs = eye_of(model, data, "eye"), mujoco_camera(model, data)
+    assert seen.frustum_near == pytest.approx(CLIP_NEAR)
+    assert theirs.frustum_near < 0.5 * CLIP_NEAR
+    for name in ("bottom", "top", "center", "width"):
+        ours, whole = (getattr(one, f"frustum_{name}") / one.frustum_near for one in (seen, theirs))
+        assert ours == pytest.approx(whole, rel=1e-5)
+    assert (seen.frustum_width > 0.0) == ("sensorsize" in lens)
 
 
 def mujoco_camera(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjvGLCamera:

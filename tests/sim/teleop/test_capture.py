@@ -5,13 +5,19 @@ import re
 import threading
 from typing import Any
 
+import numpy as np
 import pytest
 
 from refseq.errors import RefseqError
-from refseq_bench.sim.drives.trigger import Trigger
+from refseq.view import View
+from refseq_bench.robots import Twist
+from refseq_bench.sim.drives.trigger import Moved, Trigger
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.teleop.capture.desk import CaptureDesk, Offer
 from refseq_bench.sim.teleop.capture.setup import CaptureSetup
+from refseq_bench.sim.teleop.commands import SessionPhase, SessionStatus
+from refseq_bench.sim.teleop.keys import GO_ON
+from refseq_bench.sim.teleop.pictures import Picture
 
 VALID = ("camera-1", "camera-2", "laser")
 FILLED: dict[str, Any] = {
@@ -71,7 +77,7 @@ def offered(desk: CaptureDesk, check: Any = lambda setup: None) -> tuple[threadi
     offer = Offer(CaptureSetup.read(FILLED, VALID), VALID, check, "last time it rained")
     thread = threading.Thread(target=lambda: found.append(desk.next_setup(offer)))
     thread.start()
-    while desk.news()["setup"] is None:
+    while (news := desk.news())["setup"] is None or news["phase"] != "setup":
         pass
     return thread, found
 
@@ -91,6 +97,36 @@ def test_a_drive_begins_once_with_the_set_up_that_was_sent() -> None:
             ask()
     desk.note({"notes": "dry by now "})
     assert desk.notes == "dry by now"
+
+
+def test_a_drive_begins_without_keys_and_pictures_of_the_one_before() -> None:
+    """A key that was pressed while the next one was set up would start it at once."""
+    desk = CaptureDesk()
+    for sensor in ("camera-1", "laser"):
+        thread, _ = offered(desk)
+        desk.press({"pressed": [GO_ON]})
+        desk.begin(FILLED)
+        thread.join()
+        assert desk.news()["pictures"] == []
+        assert desk.take() == (frozenset(), [])
+        desk.show(SessionStatus(count=1), 0.4, (Picture(sensor, np.zeros((2, 2, 3), np.uint8)),))
+        assert desk.news()["pictures"] == [sensor]
+
+
+def test_figures_are_in_the_units_that_stand_behind_them() -> None:
+    desk, moved = CaptureDesk(), Moved(0.25, math.radians(-30), 1.5)
+    status = SessionStatus(
+        *(12.0, SessionPhase.SAMPLING, 3, View(10.5), 4.25, moved, 7.75),
+        twist=Twist(0.3, -0.25),
+    )
+    desk.show(status, 0.6, ())
+    assert desk.news()["status"]["figures"] == [
+        ["Views", "3, 4.2 a minute"],
+        ["Last view", "at 10.5 s"],
+        ["Since then", "0.25 m, -30°, 1.5 s"],
+        ["Time, way", "12.0 s, 7.8 m"],
+        ["Speed", "0.30 m/s of 0.60, -0.25 rad/s"],
+    ]
 
 
 def test_a_set_up_that_is_refused_begins_nothing_and_one_may_finish() -> None:

@@ -18,6 +18,7 @@ from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.envs.worlds.rooms import two_rooms
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -26,10 +27,12 @@ from refseq_bench.sim.teleop.commands import SPEED, TURN_RATE, Button, Commands,
 from refseq_bench.sim.teleop.follow import HeldSnapshot, LookEvent, ViewerInput
 from refseq_bench.sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRESS, Gamepad, PadState
 from refseq_bench.sim.teleop.keys import GO_ON, HELD, LEVELS, OTHER_LOOK, PRESSED, Keyboard
-from refseq_bench.sim.teleop.mirror import WorldMirror
+from refseq_bench.sim.teleop.mirror import ROOF_GROUP, WorldMirror
 from refseq_bench.sim.teleop.pictures import REACH, SIZE, pictures_of, scan_picture
 from refseq_bench.sim.teleop.session import run_session
 from refseq_bench.sim.teleop.viewer import ViewerSettings, ViewerSource, capture_page
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
 from tests.sim.drives.behaving_in import corridor
 
 CAMERALESS = BenchSettings(RendererKind.NONE, cameras=())
@@ -348,6 +351,15 @@ def test_the_copy_of_the_world_is_lit_and_has_its_roof_apart(bench: Bench) -> No
     mirror.follow()
     assert mirror.data.qpos[0] > where + 0.1
     assert (mirror.data.qpos == bench.data.qpos).all()
+
+
+def test_what_hangs_overhead_is_hidden_from_above_and_nothing_else() -> None:
+    world = build_world(two_rooms(0), light_named("late-evening"), pictured=False)
+    with Bench(world, robots.load("robuter"), settings=CAMERALESS) as bench:
+        model = WorldMirror(bench).model
+    names = {model.geom(geom).name for geom in np.flatnonzero(model.geom_group == ROOF_GROUP)}
+    lamps = {"lamp:room:0", "lamp:beyond:0"}
+    assert names == {"ceiling:0", "ceiling:0:slab", "door:door:room:ceiling", *lamps}
 
 
 def test_a_scan_is_drawn_where_its_things_are() -> None:

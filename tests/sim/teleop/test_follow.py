@@ -25,6 +25,8 @@ WORLD = """
 <mujoco>
   <worldbody>
     <geom name="wall" type="box" size="0.1 5 5" pos="{wall} 0 0"/>
+    <geom name="floor" type="box" size="5 5 0.1" pos="0 0 -0.1"/>
+    <geom name="roof" type="box" size="5 5 0.1" pos="0 0 {roof}" group="1"/>
     <body name="robot" pos="0 0 0" euler="0 0 {heading}"><geom size="0.1"/><camera name="ahead"/></body>
   </worldbody>
 </mujoco>
@@ -52,10 +54,13 @@ class Hands:
 
 
 class Viewer:
-    """What the view asks of the viewer, over a wall ``wall`` metres along x and a robot that heads so [°]."""
+    """What the view asks of the viewer, over a wall ``wall`` metres along x and a robot that heads so [°].
 
-    def __init__(self, wall: float = -20.0, heading: float = 0.0) -> None:
-        self.model = mujoco.MjModel.from_xml_string(WORLD.format(wall=wall, heading=heading))
+    A roof hangs ``roof`` metres high.
+    """
+
+    def __init__(self, wall: float = -20.0, heading: float = 0.0, roof: float = 20.0) -> None:
+        self.model = mujoco.MjModel.from_xml_string(WORLD.format(wall=wall, heading=heading, roof=roof))
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
         self.camera, self.vis_options = mujoco.MjvCamera(), mujoco.MjvOption()
@@ -97,6 +102,14 @@ def test_it_stays_on_the_robot_s_side_of_a_wall(hands: Hands) -> None:
     close = Viewer(wall=-0.3)
     update(following(close))
     assert close.camera.distance == NEAREST
+
+
+def test_it_stays_under_a_roof_and_does_not_mind_the_floor(hands: Hands) -> None:
+    """It looks at the robot 0.8 m above the floor, from above."""
+    viewer = Viewer(roof=1.5)
+    update(following(viewer))
+    along = (1.5 - 0.1 - 0.8) / math.sin(math.radians(-viewer.camera.elevation))
+    assert viewer.camera.distance == pytest.approx(along - CLEAR, abs=1e-6)
 
 
 def test_looks_take_turns_and_only_from_above_the_roof_is_off(hands: Hands) -> None:

@@ -179,6 +179,12 @@ def test_the_rate_is_that_of_the_last_views() -> None:
     assert shown[-1].moved.time <= 2.0 + 1e-6
 
 
+def test_the_rate_is_that_of_the_last_ten_steps_whatever_was_before() -> None:
+    moments = [5.0, 10.0, 15.0, *(15.0 + 0.4 * k for k in range(1, 11))]
+    _, shown = sat("\n".join([*(f"{moment:g} sample" for moment in moments), "20 stop"]))
+    assert shown[-1].rate == pytest.approx(60 / 0.4, rel=0.01)
+
+
 def test_the_same_script_is_the_same_drive_and_so_is_what_was_noted_of_it() -> None:
     """As a person leads it, in bends and odd moments; then by a script of what was noted."""
 

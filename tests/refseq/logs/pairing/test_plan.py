@@ -254,6 +254,18 @@ def test_a_late_trajectory_is_held_against_the_log_once_it_is_set_right(log: Pat
         )
 
 
+def test_a_trajectory_is_held_against_sensors_whose_late_clocks_are_set_right(tmp_path: Path) -> None:
+    """A robot whose own clock is an hour late, and a way that somebody else measured by the right one."""
+    late = replace(DRIVE, start=DRIVE.start + 3600)
+    rows = [(DRIVE.start + k / 10, DRIVE.pose(DRIVE.start + k / 10)) for k in range(80)]
+    (tmp_path / "gps.csv").write_text("\n".join(["time,x,y", *(f"{time},{pose.x},{pose.y}" for time, pose in rows)]))
+    options = PairingOptions(odometry=read_trajectory(tmp_path / "gps.csv"), late={"cam0": 3600, "laser": 3600})
+    views = read_recording(write_foxglove(tmp_path / "late.mcap", late), options).views
+    assert len(views) == pytest.approx(80, abs=2)
+    assert abs(views[0].time - DRIVE.start) < 0.2
+    assert sum(view.distance for view in views) == pytest.approx(0.8 * 7.9, abs=0.15)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -299,19 +299,33 @@ def test_a_camera_whose_pictures_are_broken_is_told_and_others_are_used() -> Non
     assert len(views) > 20
 
 
+UPSIDE_DOWN = Transform("base_link", "laser", (0.2, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0), static=True)
+
+
+def hanging_laser() -> list[Sample]:
+    """A drive with a laser whose scans are all the same, and in a frame of its own."""
+    scan = Scan(np.array([1.0, 2.0, 3.0], np.float32))
+    return [replace(one, frame="laser", content=scan) if one.topic == "/scan" else one for one in drive(10, 3.0)]
+
+
 def test_a_laser_is_turned_as_it_hangs() -> None:
     """On its head, as a transform that came before tells: its beams come from the other side."""
-    upside_down = Transform("base_link", "laser", (0.2, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0), static=True)
-    samples = [
-        Sample(one.topic, one.time, one.time, "laser", Scan(np.array([1.0, 2.0, 3.0], np.float32)))
-        if one.topic == "/scan"
-        else one
-        for one in drive(10, 3.0)
-    ]
-    for hung, ranges in (([], [1.0, 2.0, 3.0]), ([sample("/tf_static", 0.0, (upside_down,))], [3.0, 2.0, 1.0])):
-        seen = [view.scan.ranges.tolist() for view in streamed([*hung, *samples], 0.0) if view.scan is not None]
+    for hung, ranges in (([], [1.0, 2.0, 3.0]), ([sample("/tf_static", 0.0, (UPSIDE_DOWN,))], [3.0, 2.0, 1.0])):
+        views = streamed([*hung, *hanging_laser()], 0.0)
+        seen = [view.scan.ranges.tolist() for view in views if view.scan is not None]
         assert len(seen) > 10
         assert all(one == ranges for one in seen)
+
+
+def test_a_laser_hangs_on_the_next_drive_as_on_the_one_before() -> None:
+    """A robot tells it once: of the next drive no message says so."""
+    before, stream = ViewStream(TOPICS, 0.0), ViewStream(TOPICS, 0.0)
+    before.take(sample("/tf_static", 0.0, (UPSIDE_DOWN,)))
+    stream.mount_as(before)
+    views = [view for one in hanging_laser() for view in stream.take(one)]
+    seen = [view.scan.ranges.tolist() for view in views if view.scan is not None]
+    assert len(seen) > 10
+    assert all(one == [3.0, 2.0, 1.0] for one in seen)
 
 
 def test_a_laser_is_turned_by_transforms_that_come_one_by_one() -> None:

@@ -12,24 +12,31 @@ from foxglove import channels, messages
 from refseq.errors import LogError
 from refseq.logs import open_log, plan_views, read_recording
 from refseq.planar import Pose, motion_between
-from tests.refseq.logs.foxglove_drive import TOPICS, ns, pose_message, write_foxglove
+from tests.refseq.logs.foxglove_drive import TOPICS, ns, pose_message, transforms_message, write_foxglove
 from tests.refseq.logs.robot_drive import Moment, RobotDrive, Sense
 
 DRIVE = RobotDrive(seconds=6.0)
 
 
-def write_retimed(path: Path, stamp_back: float, log_back: float) -> Path:
-    """After 3 s the stamps and the log's clock are set back by so much [s]; there is odometry and a laser."""
+def write_retimed(path: Path, stamp_back: float, log_back: float, *, tf: bool = False) -> Path:
+    """After 3 s the stamps and the log's clock are set back by so much [s]; there is odometry and a laser.
+
+    With ``tf`` transforms alone tell where the odometer is.
+    """
     context = foxglove.Context()
     with foxglove.open_mcap(str(path), allow_overwrite=True, context=context):
         odometry = channels.OdometryChannel("/odom", context=context)
+        transforms = channels.FrameTransformsChannel("/tf", context=context)
         laser = channels.LaserScanChannel("/scan", context=context)
         for moment in DRIVE.moments:
             late = moment.time - DRIVE.start > 3.0
             nanoseconds = ns(moment.time - late * stamp_back)
             logged = ns(moment.logged - late * log_back)
             stamp = messages.Timestamp(sec=nanoseconds // 10**9, nsec=nanoseconds % 10**9)
-            if moment.sense is Sense.ODOMETRY:
+            if moment.sense is Sense.ODOMETRY and tf:
+                moved = transforms_message(stamp, "odom", "base_link", DRIVE.odometry(moment.time))
+                transforms.log(moved, log_time=logged)
+            elif moment.sense is Sense.ODOMETRY:
                 pose = pose_message(DRIVE.odometry(moment.time))
                 odometry.log(messages.Odometry(timestamp=stamp, body_frame_id="base_link", pose=pose), log_time=logged)
             if moment.sense is Sense.SCAN:
@@ -40,17 +47,18 @@ def write_retimed(path: Path, stamp_back: float, log_back: float) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("stamps", "log", "told"),
+    ("stamps", "log", "tf", "told"),
     [
-        (2.5, 0.0, "the stamps of /odom jump back by 2."),
-        (2.5, 2.5, "the log's clock jumps back by 2."),
-        (500.0, 500.0, "the log's clock jumps back by 49"),
+        (2.5, 0.0, False, "the stamps of /odom jump back by 2."),
+        (2.5, 0.0, True, "the stamps of /scan jump back by 2."),
+        (2.5, 2.5, False, "the log's clock jumps back by 2."),
+        (500.0, 500.0, False, "the log's clock jumps back by 49"),
     ],
 )
 def test_a_clock_that_is_set_back_is_told_and_the_way_stays_whole(
-    tmp_path: Path, stamps: float, log: float, told: str
+    tmp_path: Path, stamps: float, log: float, tf: bool, told: str
 ) -> None:
-    recording = read_recording(write_retimed(tmp_path / "back.mcap", stamps, log))
+    recording = read_recording(write_retimed(tmp_path / "back.mcap", stamps, log, tf=tf))
     assert recording.findings
     assert any(note.startswith(told) for note in recording.findings.notes)
     assert len(recording.views) == pytest.approx(60, abs=2)
@@ -58,6 +66,26 @@ def test_a_clock_that_is_set_back_is_told_and_the_way_stays_whole(
     length = sum(view.distance for view in recording.views)
     assert length == pytest.approx(0.8 * 5.9, abs=0.2)
     assert all(0 < view.distance < 0.2 for view in recording.views[1:])
+
+
+def test_behind_a_clock_that_was_set_back_no_time_comes_twice(tmp_path: Path) -> None:
+    """The first message behind it may be one of a topic that comes once a second, long after the last of its own."""
+    context = foxglove.Context()
+    path = tmp_path / "back.mcap"
+    with foxglove.open_mcap(str(path), context=context):
+        laser = channels.LaserScanChannel("/scan", context=context)
+        odometry = channels.OdometryChannel("/odom", context=context)
+        for tick in range(80):
+            logged = ns(100.0 + tick / 10 - 4.0 * (tick >= 39))
+            if tick % 10 == 9:
+                scan = messages.LaserScan(start_angle=-1, end_angle=1, ranges=[1.0, 2.0, 3.0])
+                laser.log(scan, log_time=logged)
+            if tick != 39:
+                odometry.log(messages.Odometry(pose=pose_message(Pose(0.1 * tick, 0.0, 0.0))), log_time=logged)
+    findings = read_recording(path).findings
+    assert findings
+    assert [note[:34] for note in findings.notes] == ["the log's clock jumps back by 3.90"]
+    assert {topic: one.backward for topic, one in findings.channels.items()} == {"/odom": 0, "/scan": 0}
 
 
 def test_messages_that_overtake_each_other_are_counted(tmp_path: Path) -> None:
@@ -70,6 +98,24 @@ def test_messages_that_overtake_each_other_are_counted(tmp_path: Path) -> None:
         assert before.time < view.time
         expected = motion_between(drive.odometry(before.time), drive.odometry(view.time))
         assert view.distance == pytest.approx(expected[0], abs=5e-3)
+
+
+def test_rates_gaps_and_delays_of_a_channel_are_those_of_its_messages(tmp_path: Path) -> None:
+    drive = replace(DRIVE, gap=(2.0, 3.5), latency=0.3)
+    findings = read_recording(write_foxglove(tmp_path / "drive.mcap", drive)).findings
+    assert findings
+    for sense in (Sense.PICTURE, Sense.SCAN, Sense.ODOMETRY, Sense.TRUTH):
+        there = [moment for moment in drive.moments if moment.sense is sense]
+        times = np.sort([moment.time for moment in there])
+        longest = int(np.diff(times).argmax())
+        found = findings.channels[TOPICS[sense]]
+        assert found.channel.count == len(there)
+        assert (found.first, found.last) == pytest.approx((times[0], times[-1]), abs=1e-6)
+        assert found.rate == pytest.approx(1 / np.median(np.diff(times)), rel=1e-3)
+        assert found.longest_gap == pytest.approx(times[longest + 1] - times[longest], abs=1e-6)
+        assert found.gap_at == pytest.approx(times[longest], abs=1e-6)
+        assert found.offset == pytest.approx(np.median([moment.logged - moment.time for moment in there]), abs=1e-6)
+        assert found.offset > 0.05
 
 
 def write_twice(path: Path, kind: str) -> Path:

@@ -5,6 +5,7 @@ import sqlite3
 import struct
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from refseq.logs.ros.bag import RosBag
 from refseq.logs.ros.decoder import RosDecoder, Serialization, known_types
 from refseq.logs.source import Role
 from tests.refseq.logs.foreign import BagMessage, RosMessages, RosSetup, write_ros2_mcap, write_rosbag1, write_rosbag2
-from tests.refseq.logs.robot_drive import RobotDrive
+from tests.refseq.logs.robot_drive import RobotDrive, Sense
 
 DRIVE = RobotDrive(seconds=1.0)
 SMALL = RosSetup(image_format=None)
@@ -98,6 +99,21 @@ def test_a_folder_of_recordings_is_no_bag(tmp_path: Path) -> None:
     (folder / "tuesday.mcap").rename(folder / "monday_10.mcap")
     (folder / "monday.mcap").rename(folder / "monday_9.mcap")
     assert len(read_recording(folder).views) == 10
+
+
+def test_files_of_one_bag_follow_each_other_by_their_numbers(tmp_path: Path) -> None:
+    """A recorder that begins a new file each minute has ten of them after ten; by letters the tenth would be early."""
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    for number in (2, 9, 10):
+        minute = replace(DRIVE, start=DRIVE.start + 60.0 * number)
+        write_ros2_mcap(folder / f"bag_{number}.mcap", minute, SMALL)
+    recording = read_recording(folder)
+    assert recording.findings
+    assert recording.findings.notes == (), "no clock jumps back"
+    minutes = [int((view.time - DRIVE.start) // 60) for view in recording.views]
+    assert minutes == sorted(minutes)
+    assert set(minutes) == {2, 9, 10}
 
 
 @pytest.mark.parametrize("plugin", StoragePlugin)
@@ -301,7 +317,9 @@ def test_poses_without_numbers_are_counted(tmp_path: Path) -> None:
 
     Unsure = changed_by(change)
     recording = read_recording(write_rosbag2(tmp_path / "bag", DRIVE, SMALL, made_by=Unsure))
-    assert list(recording.skipped) == ["geometry_msgs/msg/PoseStamped without a value"]
+    unsure = sum(one.sense is Sense.TRUTH and one.logged < DRIVE.start + 0.5 for one in DRIVE.moments)
+    assert unsure > 1
+    assert recording.skipped == {"geometry_msgs/msg/PoseStamped without a value": unsure}
     assert recording.views[0].truth is None
     assert recording.views[-3].truth is not None
 

@@ -94,6 +94,17 @@ def test_few_places_are_weighed_and_no_other_changes(asked: Map, views: list[Vie
     assert weighed.timings.matching > measured.timings.matching
 
 
+def test_a_place_is_off_by_what_lies_between_along_the_path_alone(asked: Map, views: list[View]) -> None:
+    """The robot goes 0.2 m beside it all the way, which is the same for all of them."""
+    poses = PosesBeside(asked)
+    block = ScanBlock(asked, poses, {LASER})
+    for number, view in enumerate(views[:8]):
+        poses.take(view.scan)
+        for place in (number, number + 1):
+            assert view.truth is not None
+            assert block._off(place) == pytest.approx(view.truth.x - REFERENCE[place].x, abs=0.03)
+
+
 def test_places_elsewhere_average_no_more_than_one(asked: Map, views: list[View]) -> None:
     """The promise, on another drive: a ratio above x is had by a place elsewhere in no more than 1 of x cases."""
     poses, zero = PosesBeside(asked), belief_from(np.ones(28))

@@ -317,6 +317,17 @@ def test_arrays_that_do_not_fit(saved: Path, learnt: Map) -> None:
     assert error_of(saved) == f"{start}{words} is u1 of shape (2, 128); valid is u1 of shape ({size}, 128)"
 
 
+@pytest.mark.parametrize("number", range(3))
+def test_a_pose_is_known_whole_or_not_at_all(saved: Path, number: int) -> None:
+    poses = np.ones((8, 3))
+    poses[3] = np.nan
+    rewrite(saved, **{"sequences/0/poses": encoded(poses)})
+    assert [pose is None for pose in Map.load(saved).poses] == [place == 3 for place in range(8)]
+    poses[5, number] = np.nan
+    rewrite(saved, **{"sequences/0/poses": encoded(poses)})
+    assert f"{SPOILT}array sequences/0/poses holds nan; valid are numbers from " in error_of(saved)
+
+
 SPOILT = "map.json and arrays do not make a map: "
 
 

@@ -9,7 +9,18 @@ from numpy.typing import NDArray
 
 from refseq import Map, MapError, Stage, add_drive, learn, localise
 from refseq.atlas.merge import merge_maps
-from refseq.map.growth.adding import Grown, GrowthSettings, _check_walls, _placed
+from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.map.growth.adding import (
+    Grown,
+    GrowthSettings,
+    _check_walls,
+    _placed,
+    _PlacedView,
+    _remembered,
+    _stretch,
+    check_drive,
+)
+from refseq.map.growth.experiences import Experiences
 from refseq.map.growth.seen import seen_drive
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
@@ -79,6 +90,14 @@ def test_an_odometer_of_another_scale_is_absorbed_and_told(map_: Map, scale: flo
     assert added.stretch == pytest.approx(scale, abs=0.03)
 
 
+def test_a_jump_of_the_odometer_is_no_scale(map_: Map) -> None:
+    """It went 20 m from one view to the next one, and 1.1 m for each of the map's everywhere else."""
+    views = stretched(drive(2), 1.1)
+    views[7] = replace(views[7], distance=20.0)
+    placed = [_PlacedView(number, number, 1.0, well=True) for number in range(COUNT)]
+    assert _stretch(map_, views, placed) == pytest.approx(1.1, abs=0.02)
+
+
 @pytest.mark.parametrize("wider", [1.4, 6.0])
 def test_a_drive_between_other_walls_is_refused_though_it_looks_alike(wider: float) -> None:
     """The same pictures on the walls of a wider corridor: scans lie badly there, or not at all."""
@@ -126,6 +145,38 @@ def test_a_grown_map_is_the_same_when_read_again(grown: Grown, tmp_path) -> None
     assert loaded.grown == grown.map.grown
     for one, other in zip(*(localise(m, drive(3, 1))[Stage.CHAIN] for m in (loaded, grown.map)), strict=True):
         np.testing.assert_array_equal(one.places, other.places)
+
+
+def test_an_experience_is_used_by_a_drive_that_it_knows_best_and_by_no_other(grown: Grown) -> None:
+    """A drive that sees what was learnt first uses none of them, one that sees what came later nearly all."""
+    uses = []
+    for changed in (0, 1):
+        experiences = add_drive(grown.map, drive(3, changed)).map.sequence.experiences
+        assert experiences is not None
+        uses.append(experiences.uses[: len(grown.kept)])
+    assert uses[0].tolist() == [0] * len(grown.kept)
+    assert uses[1].max() == 1
+    assert uses[1].mean() > 0.7
+
+
+@pytest.mark.parametrize(
+    ("uses", "most", "stay"),
+    [
+        ((0, 0, 0, 0), 4, [0, 1, 2, 3]),
+        ((5, 1, 2, 0), 2, [0, 3]),  # the newest has had no time to be used
+        ((5, 1, 2, 0), 3, [0, 2, 3]),
+        ((1, 0, 1, 0), 2, [2, 3]),  # of equally used ones the later
+        ((0, 0, 0, 0), 3, [1, 2, 3]),
+        ((5, 5, 5, 0), 1, [3]),
+    ],
+)
+def test_the_newest_and_the_most_used_experiences_stay(uses: tuple[int, ...], most: int, stay: list[int]) -> None:
+    """Those of another place, of which there is room for all, lie between."""
+    places = np.array([4, 9, 4, 4, 4])
+    counts = np.insert(uses, 1, 0)
+    empty = IncidenceMatrix.from_columns([{} for _ in places], {"bits/a": 1})
+    stays = _remembered(Experiences(empty, places, counts), most)
+    assert stays.tolist() == sorted([1, *np.flatnonzero(places == 4)[stay].tolist()])
 
 
 @pytest.mark.slow
@@ -211,6 +262,15 @@ def test_a_drive_of_another_robot_is_told(map_: Map) -> None:
     with pytest.raises(MapError, match="the drive is of robot segway-rmp; valid is that of the map, robuter"):
         add_drive(ours, drive(2), metadata={"robot": "segway-rmp"})
     assert not add_drive(ours, drive(2), metadata={"robot": "robuter"}).known
+
+
+def test_a_map_of_two_robots_takes_drives_of_both_and_of_no_third(map_: Map) -> None:
+    ours, rules = map_.noted({"robot": "robuter, segway-rmp"}), GrowthSettings()
+    for robot in ("robuter", "segway-rmp", ""):
+        check_drive(ours, drive(2), {"robot": robot}, rules)
+    for robot in ("rob", "robuter, segway"):
+        with pytest.raises(MapError, match=f"of robot {robot}; valid is that of the map, robuter, segway-rmp"):
+            check_drive(ours, drive(2), {"robot": robot}, rules)
 
 
 @pytest.mark.parametrize(("wrong", "told"), [({"sure": 2.0}, "sure is 2.0"), ({"most": 0}, "0 experiences")])

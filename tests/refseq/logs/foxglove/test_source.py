@@ -1,0 +1,42 @@
+"""MCAP files of others: which of their channels are read, and what is told of those that are not."""
+
+from pathlib import Path
+
+import foxglove
+import pytest
+from foxglove import channels, messages
+
+from refseq.logs import open_log
+from refseq.logs.source import Role
+from refseq.planar import Pose
+from tests.refseq.logs.foxglove_drive import ns, pose_message
+
+
+def write_two_schemas(path: Path, odometry: int, truth: int) -> Path:
+    """A topic with so many messages of either schema, and a laser beside it."""
+    context = foxglove.Context()
+    with foxglove.open_mcap(str(path), context=context):
+        both = {
+            messages.Odometry: channels.OdometryChannel("/pose", context=context),
+            messages.PoseInFrame: channels.PoseInFrameChannel("/pose", context=context),
+        }
+        laser = channels.LaserScanChannel("/scan", context=context)
+        for kind, count in ((messages.Odometry, odometry), (messages.PoseInFrame, truth)):
+            for tick in range(count):
+                both[kind].log(kind(pose=pose_message(Pose(float(tick), 0.0, 0.0))), log_time=ns(tick / 10))
+        laser.log(messages.LaserScan(start_angle=-1, end_angle=1, ranges=[1.0, 2.0, 3.0]), log_time=ns(0.5))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("odometry", "truth", "role", "skipped"),
+    [(9, 3, Role.ODOMETRY, "foxglove.PoseInFrame"), (3, 9, Role.TRUTH, "foxglove.Odometry")],
+)
+def test_of_two_schemas_on_a_topic_the_one_with_more_messages_is_read(
+    tmp_path: Path, odometry: int, truth: int, role: Role, skipped: str
+) -> None:
+    source = open_log(write_two_schemas(tmp_path / "two.mcap", odometry, truth))
+    roles = {one.schema: one.role for one in source.channels if one.topic == "/pose"}
+    assert roles == {skipped: Role.IGNORED, **{one: role for one in roles if one != skipped}}
+    assert [sample.topic for sample in source.samples(["/pose"])] == ["/pose"] * 9
+    assert source.skipped == {skipped: 3}
