@@ -48,8 +48,7 @@ class Vocabulary:
 
     def match(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """Sorted ids of the words that at least one of the descriptors (n, D) is an alias of."""
-        ids = np.unique(self.find(descriptors))
-        return ids[ids >= 0]
+        return words_among(self.find(descriptors))
 
     def find(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """The word that each descriptor is an alias of, (n,); −1 for one that is unlike all."""
@@ -102,3 +101,9 @@ class Vocabulary:
             self._index = WordIndex()
         self._index.update(self.words)
         return self._index
+
+
+def words_among(found: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Sorted ids of the words in what ``Vocabulary.find`` found, each once."""
+    ids = np.unique(found)
+    return ids[ids >= 0]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from refseq.features.extractor import BaseExtractor
 from refseq.features.memory import described
-from refseq.features.vocabulary import Vocabulary
+from refseq.features.vocabulary import Vocabulary, words_among
 from refseq.view import View
 
 
@@ -61,6 +61,14 @@ def unpacked(found: NDArray[np.void]) -> PictureKeys:
     return PictureKeys(found["point"], found["descriptor"])
 
 
+class _Recognised(NamedTuple):
+    """Descriptors, the word of each, −1: none, and how many words there were."""
+
+    described: NDArray[np.uint8]
+    size: int
+    ids: NDArray[np.intp]
+
+
 class KeyWords(WordExtractor):
     """Words of the keys of one camera's pictures. ``settings`` are all that the keys of a picture depend on."""
 
@@ -70,6 +78,7 @@ class KeyWords(WordExtractor):
 
     def __init__(self) -> None:
         self._found: dict[int, tuple[ReferenceType[NDArray[np.uint8]], PictureKeys]] = {}
+        self._recognised: _Recognised | None = None
 
     @abstractmethod
     def find_keys(self, image: NDArray[np.uint8]) -> PictureKeys:
@@ -85,6 +94,19 @@ class KeyWords(WordExtractor):
         """As ``keys``, for drawing: not found again in a picture that was looked at."""
         looked_at, found = self._found.get(id(image), (None, None))
         return found if found and looked_at and looked_at() is image else self.keys(image)
+
+    def recognise(self, described: NDArray[np.uint8]) -> NDArray[np.intp]:
+        """Words among descriptors; which is whose is remembered for ``count_known``."""
+        ids = self.vocabulary.find(described)
+        self._recognised = _Recognised(described, self.size, ids)
+        return words_among(ids)
+
+    def count_known(self, described: NDArray[np.uint8], sample: NDArray[np.intp]) -> int:
+        """Number of words among those of the descriptors (n, D) whose indices are in ``sample``."""
+        last = self._recognised
+        if last is not None and last.described is described and last.size == self.size:
+            return len(words_among(last.ids[sample]))
+        return len(self.vocabulary.match(described[sample]))
 
     def describe(self, view: View) -> NDArray[np.uint8]:
         """Descriptors of a view, (n, D)."""

@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features import Extractor
+from refseq.features.word_extractor import KeyWords
 from refseq.health.change import MOST, bounded, gaussian
 from refseq.view import View
-
-OF_KEYS = ("sift/", "neural/")
-"""Words of these features are compared, of a camera's first one: dense ones are so common that they fit everywhere."""
 
 OWN, OTHERS = (0.25, 0.18), (-0.25, 0.18)
 """Mean and deviation of the share of a camera's descriptors known as its own less that known as the other's, of cameras
@@ -26,7 +24,8 @@ class ExchangeWatch:
     """Pairs of cameras of a map, of which each view tells how well they fit their own words and each other's."""
 
     def __init__(self, extractors: Sequence[Sequence[Extractor]]) -> None:
-        self._words = [{e.sensor: e for e in reversed(own) if e.key.startswith(OF_KEYS)} for own in extractors]
+        # Of a camera's first one; dense words are no keys', and so common that they fit everywhere.
+        self._words = [{e.sensor: e for e in reversed(own) if isinstance(e, KeyWords)} for own in extractors]
         self._pairs = list(combinations(sorted(self._words[0]), 2))
 
     def ratios(self, view: View, described: Mapping[str, Any]) -> Mapping[str, float]:
@@ -47,20 +46,26 @@ class ExchangeWatch:
 
         Pictures speak for themselves: that of a bare wall has no descriptors, and leaves the word to the other.
         """
-        samples = {camera: self._sample(camera, view, described) for camera in pair}
+        seen = {camera: self._described(camera, view, described) for camera in pair}
         best, most = 0.0, -1.0
         for words in self._words:
             ratio = known = 0.0
             for camera, other in (pair, pair[::-1]):
-                sample = samples[camera]
+                sample = _sample(len(seen[camera]))
                 if len(sample) >= FEWEST:
-                    own, others = (len(words[name].recognise(sample)) / len(sample) for name in (camera, other))
+                    counts = (words[name].count_known(seen[camera], sample) for name in (camera, other))
+                    own, others = (count / len(sample) for count in counts)
                     ratio, known = ratio + gaussian(own - others, OTHERS, OWN), known + own + others
             if known > most:
                 best, most = ratio, known
         return bounded(best)
 
-    def _sample(self, camera: str, view: View, described: Mapping[str, Any]) -> NDArray[Any]:
+    def _described(self, camera: str, view: View, described: Mapping[str, Any]) -> NDArray[np.uint8]:
         extractor = self._words[0][camera]
-        all_: NDArray[Any] = described[extractor.key] if extractor.key in described else extractor.describe(view)
-        return all_[np.unique(np.linspace(0, len(all_) - 1, min(len(all_), DESCRIPTORS)).astype(np.intp))]
+        found: NDArray[np.uint8] = described[extractor.key] if extractor.key in described else extractor.describe(view)
+        return found
+
+
+def _sample(count: int) -> NDArray[np.intp]:
+    """Indices of the descriptors that are looked at, of so many: evenly spread."""
+    return np.unique(np.linspace(0, count - 1, min(count, DESCRIPTORS)).astype(np.intp))

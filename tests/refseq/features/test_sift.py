@@ -141,6 +141,22 @@ def test_state_makes_the_same_extractor_again() -> None:
     np.testing.assert_array_equal(again.observe(view).ids, words.observe(view).ids)
 
 
+def test_known_descriptors_of_a_sample_are_counted_alike_whether_the_view_was_recognised_or_not() -> None:
+    """Also where words have come since: what was recognised before them is not believed."""
+    words, rng = sift(), np.random.default_rng(5)
+    words.learn(seen(texture(1)))
+    for number in (2, 1, 3):
+        described = words.describe(seen(texture(number)[2:, 3:].copy()))
+        sample = rng.choice(len(described), 30, replace=False)
+        count = words.count_known(described, sample)
+        assert count == len(words.vocabulary.match(described[sample]))
+        words.recognise(described)
+        assert words.count_known(described, sample) == count
+        assert words.count_known(described, sample[:9]) == len(words.vocabulary.match(described[sample[:9]]))
+        words.learn(seen(texture(number)[2:, 3:].copy()))
+        assert words.count_known(described, sample) == len(words.vocabulary.match(described[sample])) > count
+
+
 def test_keys_are_found_once_in_a_picture_that_somebody_holds(monkeypatch: pytest.MonkeyPatch) -> None:
     words, looked_at = sift(), list[int]()
     find = words.find_keys
