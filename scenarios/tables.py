@@ -6,7 +6,7 @@ from typing import Any
 from unicodedata import category
 
 from rich.box import SIMPLE
-from rich.console import Console, RenderableType
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.table import Column, Table
 from rich.text import Text
 
@@ -38,7 +38,8 @@ class TextTable(Table):
     """A table of names and figures, shown as they are written: a name may hold what rich takes for markup.
 
     A column is told by its heading, with ``>`` before it where cells stand to the right. Cells are broken into lines
-    only under the headings that are listed in ``wraps``.
+    only under the headings that are listed in ``wraps``, and only between words: in a window that is too narrow for
+    the rest the table is wider than it.
     """
 
     def __init__(self, *headings: str, title: str = "", wraps: Collection[str] = ()) -> None:
@@ -53,20 +54,36 @@ class TextTable(Table):
 
     def add_row(self, *cells: RenderableType | None, **look: Any) -> None:
         """Add a row; a string is shown as it is written, anything else as rich renders it."""
-        super().add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in cells), **look)
+        shown = [Text(printable(cell)) if isinstance(cell, str) else cell for cell in cells]
+        super().add_row(*shown, **look)
+        for column, cell in zip(self.columns, shown, strict=False):
+            if isinstance(cell, Text):
+                column.min_width = max(column.min_width or 0, _least_width(cell, column))
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """See rich: as wide as there is room, or as the least widths of all columns ask."""
+        between, ends = 2 * len(self.columns) - 1, 2  # a space behind each column, and one of the box
+        least = sum(column.min_width or 0 for column in self.columns) + between + ends
+        return super().__rich_console__(console, options.update(max_width=max(options.max_width, least)))
 
 
 def _column(heading: str, wraps: Collection[str]) -> Column:
     name = heading.removeprefix(">")
-    return Column(
-        Text(name), justify="left" if name == heading else "right", no_wrap=name not in wraps, overflow="fold"
-    )
+    shown, justify = Text(name), "left" if name == heading else "right"
+    column = Column(shown, justify=justify, no_wrap=name not in wraps, overflow="fold")  # type: ignore[arg-type]
+    column.min_width = _least_width(shown, column)
+    return column
+
+
+def _least_width(cell: Text, column: Column) -> int:
+    """The width under which something of a cell would be cut off or broken [characters]."""
+    parts = [cell] if column.no_wrap else cell.split(" ")
+    return max((part.cell_len for part in parts), default=0)
 
 
 def print_whole(console: Console, table: RenderableType) -> None:
-    """Print a table as wide as it is: in a file or a narrow window no figure may be cut off."""
-    needed = console.measure(table, options=console.options.update(width=1000)).maximum
-    Console(file=console.file, width=max(needed, console.width)).print(table)
+    """Print a table as wide as it has to be: in a file or a narrow window no figure may be cut off."""
+    console.print(table, crop=False)
 
 
 def printable(text: str) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console, ConsoleDimensions
@@ -28,10 +28,14 @@ if TYPE_CHECKING:
 
 
 class WideConsole(Console):
-    """A console that breaks no line and cuts no cell where nobody reads it in a window: piped, or in a file.
+    """A console that breaks no line where nobody reads it in a window, piped or in a file, and cuts none anywhere.
 
     There ``COLUMNS`` sets another width, as on a terminal.
     """
+
+    def print(self, *objects: Any, **how: Any) -> None:
+        """Print what a window may be too narrow for: the terminal breaks such a line, and nothing of it is lost."""
+        super().print(*objects, **{"crop": False, **how})
 
     @property
     def size(self) -> ConsoleDimensions:

@@ -34,6 +34,22 @@ def test_a_window_keeps_its_width(monkeypatch: pytest.MonkeyPatch) -> None:
     assert max(map(len, printed(WideConsole(file=io.StringIO(), force_terminal=True, color_system=None)))) <= 70
 
 
+@pytest.mark.parametrize("width", [1, 20, 40, 59])
+def test_a_window_that_is_too_narrow_cuts_no_figure_and_no_word(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setattr("os.get_terminal_size", lambda *_: __import__("os").terminal_size((width, 20)))
+    table = TextTable("stage", "what", ">failures", ">lost", title="x", wraps=("what",))
+    table.add_row("chain", "an unbreakable word " * 4, "12345678", "36")
+    for console in (
+        WideConsole(file=io.StringIO(), force_terminal=True, color_system=None),
+        WideConsole(file=io.StringIO()),
+    ):
+        console.print(table)
+        told = console.file.getvalue()  # type: ignore[attr-defined]
+        assert {"stage", "what", "failures", "lost", "chain", "12345678", "36"} < set(told.split())
+        assert told.split().count("unbreakable") == 4
+
+
 def test_json_holds_no_sign_that_a_terminal_obeys(capsys: pytest.CaptureFixture[str]) -> None:
     value = {"topic\x7f": "a\x9b31m\x1b[0m é"}
     print_json(value)
