@@ -36,10 +36,14 @@ def writable(view: View, odometry: Pose) -> View:
 
 
 def words_of(metadata: Mapping[str, str]) -> dict[str, str]:
-    """Metadata of a drive, as a file can hold them. Raises ``LogError`` for what is no text."""
+    """Metadata of a drive, as a file can hold them. Raises ``LogError`` for what is no text, or none in UTF-8."""
     for key, value in metadata.items():
         if not (isinstance(key, str) and isinstance(value, str)):
             raise LogError(f"metadata {key!r:.60} is {value!r:.60}; valid are texts, by names that are texts")
+        try:
+            f"{key}{value}".encode()
+        except UnicodeEncodeError as error:  # half of a pair: a byte of a file's name that is no UTF-8
+            raise LogError(f"metadata {key!r:.60} is {value!r:.60}; valid are texts that UTF-8 can hold") from error
     return dict(metadata)
 
 

@@ -1,8 +1,9 @@
 """The command line's assembly, its one-line errors and its exit codes.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line; 130
-interrupted. The module of a command is imported when the command is asked for, and what it needs when it runs, so that
-``--help`` comes at once, and ``refseq doctor`` answers on a machine where half of it is missing.
+interrupted; 141 whoever read the output has gone. The module of a command is imported when the command is asked for,
+and what it needs when it runs, so that ``--help`` comes at once, and ``refseq doctor`` answers on a machine where half
+of it is missing.
 """
 
 import errno
@@ -22,7 +23,7 @@ from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, UsageError, 
 from refseq_bench.scenarios.errors import input_errors
 from refseq_bench.scenarios.tables import say
 
-BELOW, BAD_INPUT, INTERRUPTED = 1, 2, 130
+BELOW, BAD_INPUT, INTERRUPTED, UNREAD = 1, 2, 130, 141
 
 SUMMARY = """Test bench for robots that find their place along a path.
 
@@ -125,6 +126,8 @@ def command_tree(*asked: str) -> typer.core.TyperGroup:
 
 def exit_code(words: list[str]) -> int:
     """Run one command; what went wrong is told in one line."""
+    if why := _hindrance(words):
+        return _told(f"error: {why}", BAD_INPUT)
     asked = [word for word in words if not word.startswith("-")][:1]
     try:
         with command_tree(*(name for name in asked if name in NAMES)).make_context("refseq", words) as context:
@@ -142,9 +145,9 @@ def exit_code(words: list[str]) -> int:
         return _told(f"error: {in_one_line(error)}", BAD_INPUT)
     except MemoryError:
         return _told("error: the memory of this machine is not enough for what was asked", BAD_INPUT)
-    except BrokenPipeError:  # whoever read our output has enough
+    except BrokenPipeError:  # whoever read our output has enough: as a shell tells of those whom the system ends for it
         _print_nothing_more()
-        return BELOW
+        return UNREAD
     except Exception as error:
         if isinstance(error, OSError) and error.errno in FULL and error.filename is None:
             _print_nothing_more()
@@ -160,6 +163,23 @@ def exit_code(words: list[str]) -> int:
             return _told("; ".join([f"error: {error}", *_notes(error)]), BAD_INPUT)
         raise
     return 0
+
+
+def _hindrance(words: list[str]) -> str:
+    """The reason why no command can be carried out; empty where there is none.
+
+    Names become parts of pages, metadata and results, which hold UTF-8 alone: better told now than after the work.
+    """
+    try:
+        os.getcwd()  # noqa: PTH109 - as a path it would be looked up again
+    except FileNotFoundError:
+        return "the folder that this was typed in is no more; valid is one that is there: cd to it"
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            return f"{word}: is no UTF-8; valid are words and names that are: copy the file, or name a link to it"
+    return ""
 
 
 FAILURES = {

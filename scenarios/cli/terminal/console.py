@@ -37,6 +37,10 @@ class WideConsole(Console):
         """Print what a window may be too narrow for: the terminal breaks such a line, and nothing of it is lost."""
         super().print(*objects, **{"crop": False, **how})
 
+    def on_broken_pipe(self) -> None:
+        """See rich, which ends the program with 1, a verdict."""
+        raise BrokenPipeError
+
     @property
     def size(self) -> ConsoleDimensions:
         """Width and height [characters]."""
@@ -76,8 +80,12 @@ OBEYED = re.compile("[\x7f-\x9f]")
 def settle_terminal() -> None:
     """Decide what the terminal is told: notes of ours, and of the libraries' warnings nothing, unless Python is asked.
 
-    ``PYTHONWARNINGS`` shows them, as ever; processes that we start follow. What a stream's encoding lacks is escaped.
+    ``PYTHONWARNINGS`` shows them, as ever; processes that we start follow. What a stream's encoding lacks is escaped,
+    and a stream that was closed, as a service's may be, takes all and shows nothing.
     """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - it stays open to the end
     logging.getLogger("refseq_bench.scenarios").handlers = [Notes()]
     logging.getLogger().addHandler(logging.NullHandler())  # otherwise Python prints what libraries log
     if not sys.warnoptions:

@@ -1,6 +1,8 @@
 """Start-up of commands, by the packages that they import: each of these takes a twentieth of a second and more."""
 
 import json
+import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -230,3 +232,53 @@ def test_output_that_nobody_can_take_is_one_line(folder: Path, line: str) -> Non
         done = subprocess.run(command, cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     told = "error: the output, or a file, cannot be written: No space left on device\n"
     assert (done.returncode, done.stderr) == (2, told)
+
+
+START = [sys.executable, "-c", "from refseq_bench.scenarios.cli.start import main; main()"]
+
+
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "2>&-"])
+def test_a_service_without_an_output_has_done_what_was_asked(folder: Path, closed: str) -> None:
+    words = shlex.join([*START, "log", "info", "drive.mcap", "--json"])
+    done = subprocess.run(["bash", "-c", f"{words} {closed}"], cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_reader_who_has_gone_is_no_verdict(folder: Path) -> None:
+    """1 would say that what was looked at is not as required."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as gone:
+        done = subprocess.run(
+            [*START, "log", "info", "drive.mcap"],
+            cwd=folder,
+            stdout=gone,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+@pytest.mark.parametrize(
+    "line", ["log info f? -o n.mcap", "record hallway --name n? -o n.mcap", "learn drive.mcap -o m?"]
+)
+def test_a_name_that_is_no_utf_8_is_refused_before_any_work(folder: Path, line: str) -> None:
+    before = set(folder.iterdir())
+    words = [word.replace("?", os.fsdecode(b"\xff")) for word in line.split()]
+    done = subprocess.run([*START, *words], cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: ")
+    assert "\\udcff: is no UTF-8; valid are words and names that are" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert set(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("line", ["doctor", "world list"])
+def test_a_folder_that_is_no_more_is_told(tmp_path: Path, line: str) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    words = f"cd {gone} && rmdir {gone} && {shlex.join(START)} {line}"
+    done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "error: the folder that this was typed in is no more; valid is one that is there: cd to it\n"
