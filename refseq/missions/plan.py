@@ -13,7 +13,7 @@ from refseq.map.paths.annotations import DoorSide, PathDoor
 from refseq.missions.behaviour_codes import code_of, kind_of, lengthened, travels, turn_of
 from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
-from refseq.missions.tasks import Task
+from refseq.missions.tasks import Photograph, Task
 from refseq.scenes import Scene
 
 BEFORE_DOOR = 1.2
@@ -70,6 +70,27 @@ class Plan:
     tasks: tuple[Task, ...] = ()
     """Those that are done at the goal."""
     sought: "Sought | None" = None
+
+    @property
+    def all_tasks(self) -> tuple[Task, ...]:
+        """Tasks of all orders, those at the goal, and what steps behind a scene ask for, some of it once more."""
+        behind = [task for errand in self._errands_behind for task in errand.tasks]
+        return (*(task for order in self.orders for task in order.tasks), *self.tasks, *behind)
+
+    @property
+    def all_behaviours(self) -> tuple[str, ...]:
+        """Words of all orders, and of steps behind a scene, some of them once more."""
+        behind = [errand.behaviour for errand in self._errands_behind]
+        return (*(order.behaviour for order in self.orders), *filter(None, behind))
+
+    @property
+    def _errands_behind(self) -> "tuple[Errand, ...]":
+        return self.sought.errands if self.sought else ()
+
+    @property
+    def takes_pictures(self) -> bool:
+        """True where a camera looks for a scene, or takes a photograph."""
+        return self.sought is not None or any(isinstance(task, Photograph) for task in self.all_tasks)
 
     def end_of(self, number: int) -> float:
         """Place where the order after this one begins [m along the way]."""

@@ -40,7 +40,9 @@ class MissionModule:
         timeout: float,
         told: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        for task in [task for order in plan.orders for task in order.tasks] + list(plan.tasks):
+        if plan.sought is not None:
+            raise MessageError(f"landmark {plan.sought.name}: no module looks for a scene; valid are ones with a place")
+        for task in plan.all_tasks:
             if not isinstance(task, Wait):
                 raise MessageError(f"task {task}: no module does it; valid is wait")
         self._plan, self._places, self._localised, self._timeout = plan, places, localised, timeout

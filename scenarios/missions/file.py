@@ -16,7 +16,7 @@
     timeout = 120
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -180,6 +180,7 @@ def mission_in(tables: object, folder: Path | None = None) -> Asked:
     try:
         table = _MissionTable.model_validate(tables)
         steps, errands = zip(*map(_step, range(1, len(table.step) + 1), table.step), strict=True)
+        _check_names(errands)
         if table.scenes and folder is None:
             raise ScenarioError("scenes: are files, which are not here; valid is a mission's file beside them")
         scenes = _loaded({name: (folder or Path()) / file for name, file in table.scenes.items()})
@@ -188,6 +189,18 @@ def mission_in(tables: object, folder: Path | None = None) -> Asked:
         raise ScenarioError(_mistake(error)) from error
     except (MissionError, RobotsError, ValueError) as error:
         raise ScenarioError(str(error)) from error
+
+
+def _check_names(errands: Sequence[Errand]) -> None:
+    """Raise ``ScenarioError`` where two photographs have one name: the later would take the place of the first."""
+    known: dict[str, int] = {}
+    for number, errand in enumerate(errands, 1):
+        for name in [task.name for task in errand.tasks if isinstance(task, Photograph)]:
+            if name in known:
+                raise ScenarioError(
+                    f"step {number}: photograph {name!r} is that of step {known[name]}; valid is a name of its own"
+                )
+            known[name] = number
 
 
 def _step(number: int, table: _StepTable) -> tuple[Step, Errand]:

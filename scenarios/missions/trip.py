@@ -1,6 +1,6 @@
 """Run one mission in a world as a person asks for it, and write what is left of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -63,11 +63,11 @@ class MissionTrip:
         odometry: bool = False,
         filmstrip: float | None = None,
         every: float = MISSION_EVERY,
-        seeks: bool = False,
+        takes_pictures: bool = False,
     ) -> "MissionTrip":
-        """Complete what is None from the first map's own drive; one that ``seeks`` a scene needs cameras.
+        """Complete what is None from the first map's own drive.
 
-        Raises ``ScenarioError``.
+        One that ``takes_pictures``, for a scene or a photograph, needs cameras. Raises ``ScenarioError``.
         """
         told = map_.sequences[0].metadata
         if world is None:
@@ -75,8 +75,8 @@ class MissionTrip:
         for name, given in (("light", light), ("robot", robot)):
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
-        looks = (map_.sensors != {LASER} and not odometry) or filmstrip is not None or seeks
-        kind = renderer or (told.get("renderer", DEFAULT_RENDERER) if looks else RendererKind.NONE.value)
+        looks = (map_.sensors != {LASER} and not odometry) or filmstrip is not None or takes_pictures
+        kind = renderer or (_renderer_of(told) if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
             raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")
         drive = Drive(
@@ -89,10 +89,17 @@ class MissionTrip:
             renderer=RendererKind(kind),
             trigger=Trigger(distance=every),
         )
-        if filmstrip is not None and drive.renderer is RendererKind.NONE:
+        if drive.renderer is RendererKind.NONE and (takes_pictures or filmstrip is not None):
+            what = "a filmstrip" if filmstrip is not None else "a photograph, or a scene,"
             valid = ", ".join(kind for kind in RendererKind if kind is not RendererKind.NONE)
-            raise ScenarioError(f"a filmstrip needs a renderer; valid are --renderer {valid}")
+            raise ScenarioError(f"{what} needs a renderer; valid are --renderer {valid}")
         return cls(drive, at, odometry, filmstrip)
+
+
+def _renderer_of(told: Mapping[str, str]) -> str:
+    """The renderer of a map's own drive, the usual one where that had none."""
+    kind = told.get("renderer", DEFAULT_RENDERER)
+    return DEFAULT_RENDERER if kind == RendererKind.NONE else kind
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import Belief
-from refseq.missions.behaviour_codes import lengthened
+from refseq.missions.behaviour_codes import lengthened, travels
 from refseq.missions.executor import Do, Executor
 from refseq.missions.log import Touch
 from refseq.missions.lookout import Lookout
@@ -98,8 +98,7 @@ def run_mission(
     abort the mission. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
     this robot does not have, ``SceneError`` for a scene of another camera.
     """
-    tasks = [task for order in executor.plan.orders for task in order.tasks] + list(executor.plan.tasks)
-    for task in tasks:
+    for task in executor.plan.all_tasks:
         if isinstance(task, Call) and task.name not in (calls or {}):
             raise SimError(f"{task}: no such function; valid are {', '.join(calls or {}) or 'none'}")
     return _MissionRun(bench, executor, localiser, trigger or Trigger(MISSION_EVERY), Hands(calls or {})).until_over(
@@ -125,8 +124,8 @@ class _MissionRun:
     def until_over(self, timeout: float, each: Callable[[Executor, Bench], None] | None) -> DrivenMission:
         """Go on until the mission is over."""
         executor, bench = self._executor, self._bench
-        for order in executor.plan.orders:  # all can be read before the robot moves
-            behaviour_in(lengthened(order.behaviour, 1.0) if order.travels else order.behaviour, self._description)
+        for words in executor.plan.all_behaviours:  # all can be read before the robot moves
+            behaviour_in(lengthened(words, 1.0) if travels(words) else words, self._description)
         self._look()
         while not executor.status.over:
             self._period(executor.do)

@@ -105,7 +105,7 @@ class MissionDesk:
         map_ = self._shelf.load(request.map)
         mission, points = planned(request, map_), place_points(map_)
         drawn = drawn_plan(mission, points)
-        trip = request.drive.trip(map_, self._world)
+        trip = request.drive.trip(map_, self._world, takes_pictures=mission.plan.takes_pictures)
         with self._lock:
             if self._state in (DeskState.OPENING, DeskState.RUNNING):
                 raise ScenarioError("a mission runs already; valid is to wait for its end, or to abort it")

@@ -36,7 +36,7 @@ class DriveRequest(_Part):
     odometry: bool = False
     speed: Annotated[float, Field(ge=0, le=100)] = 0.0
 
-    def trip(self, map_: Map, world: str | None = None) -> MissionTrip:
+    def trip(self, map_: Map, world: str | None = None, *, takes_pictures: bool = False) -> MissionTrip:
         """The same for the library, in a ``world``, None: the map's.
 
         Raises the rooms' errors for names that nobody knows.
@@ -52,6 +52,7 @@ class DriveRequest(_Part):
             renderer=self.renderer or None,
             odometry=self.odometry,
             every=self.every,
+            takes_pictures=takes_pictures,
         )
         light_named(trip.drive.light)
         plan_of(trip.drive)

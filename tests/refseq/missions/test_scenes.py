@@ -2,7 +2,7 @@
 
 import pytest
 
-from refseq.missions import Executor, Landmarks, MissionError, Status, compiled, parse_mission
+from refseq.missions import Call, Errand, Executor, Landmarks, MissionError, Photograph, Status, compiled, parse_mission
 from refseq.missions.executor import NEXT
 from tests.refseq.missions.on_a_line import Line, right, way
 from tests.refseq.scenes.drawn import scene
@@ -21,6 +21,15 @@ def test_a_scene_without_a_place_is_sought_to_the_end_of_the_way() -> None:
     assert made.sought is not None
     assert (made.sought.name, made.sought.after) == ("LI1", 0.0)
     assert "looks for    LI1MT180: box 220,140,200,180 of camera-1, cut from drawn.mcap at 12.5 m" in str(made)
+
+
+def test_what_steps_behind_it_ask_for_is_told_before_it_is_found() -> None:
+    errands = (Errand(None, (Photograph("poster"),)), Errand("MT:33", (Call("greet"),)))
+    made = compiled(parse_mission("[LI1_LA3]"), WAY, POSTER, errands)
+    assert set(made.all_tasks) == {Photograph("poster"), Call("greet")}
+    assert set(made.all_behaviours) == {"MN", "MT:33"}
+    assert made.takes_pictures
+    assert not compiled(parse_mission("[LA3]"), WAY, POSTER, errands[1:]).takes_pictures
 
 
 def test_found_it_is_a_landmark_like_others() -> None:

@@ -77,6 +77,10 @@ def test_landmarks_of_the_command_come_on_top_of_the_file_s(tmp_path: Path) -> N
         ('[[step]]\nat = "LD"\ntasks = [{}]', "step 1: 0 of wait, photograph and call; valid is one of them a task"),
         ('[[step]]\nat = "LD"\ntasks = [{ wait = -1.0 }]', "step.1.tasks.1.wait = -1.0 is not valid: "),
         ('[[step]]\nat = "LD"\ntasks = [{ photograph = "../x" }]', "step.1.tasks.1.photograph = '../x' is not valid: "),
+        (
+            '[[step]]\nat = "LD"\ntasks = [{ photograph = "x" }]\n[[step]]\nat = "LD"\ntasks = [{ photograph = "x" }]',
+            "step 2: photograph 'x' is that of step 1; valid is a name of its own",
+        ),
         ('landmarks = { L3 = 1.0 }\n[[step]]\nat = "LD"', "mission '[L3]', column 2: "),
         ("[[step", "is no TOML: "),
     ],

@@ -21,7 +21,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions import trip as trips
 from refseq_bench.scenarios.missions.runs import Each
 from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of, run_trip
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.plans.load import load_plan
 from tests.support import corridor_drive
 
@@ -53,10 +53,19 @@ def test_what_is_left_out_is_the_map_s() -> None:
         (True, {}, RendererKind.NONE),
         (True, {"filmstrip": 2.0}, RendererKind.CLASSIC),
         (True, {"renderer": "filament"}, RendererKind.FILAMENT),
+        (True, {"takes_pictures": True}, RendererKind.CLASSIC),
+        (False, {"odometry": True, "takes_pictures": True}, RendererKind.CLASSIC),
     ],
 )
 def test_pictures_are_drawn_only_where_somebody_looks(laser: bool, given: dict[str, Any], kind: RendererKind) -> None:
     assert MissionTrip.from_map(learnt(TOLD, laser=laser), **given).drive.renderer is kind
+
+
+def test_photographs_of_a_robot_that_was_led_without_cameras_are_drawn_as_usual() -> None:
+    blind = learnt(TOLD | {"renderer": "none"}, laser=True)
+    assert MissionTrip.from_map(blind, takes_pictures=True).drive.renderer is DEFAULT_RENDERER
+    with pytest.raises(ScenarioError, match=r"^a photograph, or a scene, needs a renderer; valid are --renderer "):
+        MissionTrip.from_map(blind, renderer="none", takes_pictures=True)
 
 
 @pytest.mark.parametrize("name", ["world", "light", "robot"])

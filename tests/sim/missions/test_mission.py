@@ -43,6 +43,7 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan
+from tests.refseq.scenes.drawn import scene
 
 BLIND = BenchSettings(RendererKind.NONE, cameras=())
 WEST = Landmarks({"LA3": "end"})
@@ -234,6 +235,12 @@ def test_calls_and_behaviours_that_are_not_there_are_refused_before_it_moves(off
     with pytest.raises(RobotsError, match=r"MW:left,0\.1"):
         run(offices, late, None, each=lambda executor, bench: moved.append(bench.pose.x))
     assert not moved
+    sought = Landmarks({"LA3": "end"}, {"LI1": scene()})
+    for errand, told in ((Errand("MW:left,0.1"), RobotsError), (Errand(None, (Call("nobody"),)), SimError)):
+        behind = compiled(parse_mission("[LI1_LA3]"), way, sought, [Errand(), errand])
+        with pytest.raises(told, match=r"MW:left,0\.1|call 'nobody'"):
+            run(offices, behind, None, each=lambda executor, bench: moved.append(bench.pose.x))
+        assert not moved, "what comes behind a scene is looked at as well"
 
 
 # --- on the way ---

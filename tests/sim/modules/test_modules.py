@@ -29,6 +29,7 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan
+from tests.refseq.scenes.drawn import scene
 from tests.sim.modules.local_link import LocalLink
 
 BLIND = BenchSettings(RendererKind.NONE, cameras=())
@@ -160,3 +161,10 @@ def test_an_executor_that_hears_the_drive_again_is_where_the_one_before_was(
 def test_a_task_that_no_module_does_is_refused(learnt: Map) -> None:
     with pytest.raises(MessageError, match="task photograph 'door': no module does it; valid is wait"):
         MissionModule(planned(learnt, Photograph("door")), len(learnt), timeout=1.0)
+
+
+def test_a_scene_that_no_module_looks_for_is_refused(learnt: Map) -> None:
+    way = path_along(learnt)
+    sought = compiled(parse_mission("[LI1]"), way, Landmarks({}, {"LI1": scene()}))
+    with pytest.raises(MessageError, match=r"^landmark LI1: no module looks for a scene; valid are ones with a place$"):
+        MissionModule(sought, len(learnt), timeout=1.0)
