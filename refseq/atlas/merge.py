@@ -363,12 +363,10 @@ class _Merging:
         tracked = [join for join in joins if self._tracked(join)]
         graph = self._graph(tracked)
         layout = graph.layout(range(len(graph.candidates)))
-        sizes = Counter[int]()
+        joined, sizes = {layout.groups[join.one] for join in graph.candidates}, Counter[int]()
         for path, group in zip(self._map.paths, layout.groups, strict=True):
-            sizes[group] += len(path)
-        largest = max(sizes, key=lambda group: sizes[group])
-        if not any(layout.groups[join.one] == largest for join in graph.candidates):
-            return [np.zeros((0, 3))] * len(self._map.paths)
+            sizes[group] += len(path) if group in joined else 0
+        largest = max(sizes, key=lambda group: sizes[group]) if joined else None
         found = zip(layout.poses, layout.groups, strict=True)
         return [poses if group == largest else np.zeros((0, 3)) for poses, group in found]
 

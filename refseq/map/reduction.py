@@ -17,8 +17,9 @@ def reduced(sequence: ReferenceSequence, places: NDArray[np.intp]) -> ReferenceS
 
     Words that none of them showed are forgotten; bits of fixed tables stay.
     """
-    matrix = sequence.matrix
+    matrix, its = sequence.matrix, sequence.experiences
     sizes = {key: len(block) for key, block in matrix.blocks.items()}
+    left = its.at(places) if its is not None else None
     return without_unseen(
         replace(
             sequence,
@@ -26,7 +27,7 @@ def reduced(sequence: ReferenceSequence, places: NDArray[np.intp]) -> ReferenceS
             along=sequence.along[places],
             poses=tuple(sequence.poses[place] for place in places),
             odometry=sequence.odometry[places] if len(sequence.odometry) else sequence.odometry,
-            experiences=sequence.experiences and sequence.experiences.at(places),
+            experiences=left if left is not None and len(left) else None,
         )
     )
 
@@ -76,7 +77,7 @@ def _with_features(sequence: ReferenceSequence, chosen: NDArray[np.bool_]) -> Re
         sequence,
         matrix=matrix.kept(left, np.arange(matrix.K), sizes),
         extractors=tuple(extractors),
-        experiences=its and its.with_rows(left, sizes),
+        experiences=its.with_rows(left, sizes) if its is not None else None,
     )
 
 

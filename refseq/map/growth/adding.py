@@ -1,14 +1,17 @@
 """Adding a drive to a map: what was not recognised well becomes a further experience of its place."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.dead_reckoning import way_along
 from refseq.errors import MapError
+from refseq.fault import CLOCK, ODOMETRY
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, each_view, usable
 from refseq.map.extractors import make_extractor
@@ -52,12 +55,15 @@ class GrowthSettings:
     most: int = 3
 
     def __post_init__(self) -> None:
-        """Raise ``MapError`` for shares that are none, and for less than one experience a place."""
+        """Raise ``MapError`` for shares and ways that are none, and for less than one experience a place."""
         for name in ("sure", "well", "placed", "walls"):
             if not 0 <= (share := getattr(self, name)) <= 1:
                 raise MapError(f"{name} is {share}; valid is a share from 0 to 1")
-        if self.most < 1:
-            raise MapError(f"{self.most} experiences of a place are to be kept; valid is at least 1")
+        for name in ("near", "least"):
+            if not 0 <= (way := getattr(self, name)) < math.inf:
+                raise MapError(f"{name} is {way}; valid are metres, 0 or more")
+        if not isinstance(self.most, Integral) or self.most < 1:
+            raise MapError(f"{self.most} experiences of a place are to be kept; valid is a whole number from 1")
 
 
 @dataclass(frozen=True)
@@ -178,14 +184,14 @@ class _PlacedView:
 
 
 def _placed(map_: Map, seen: Sequence[SeenView], rules: GrowthSettings) -> list[_PlacedView]:
-    """Views whose place is known in hindsight; those with a faulty sensor teach nothing."""
-    near = _Nearness(map_, rules.near)
+    """Views whose place is known in hindsight; those with a faulty sensor of the map's teach nothing."""
+    near, asked = _Nearness(map_, rules.near), {*map_.sensors, ODOMETRY, CLOCK}
     found = []
     for number, view in enumerate(seen):
         place = int(np.argmax(view.hindsight))
         around = near.places(place)
         sure = float(view.hindsight[around].sum())
-        if sure >= rules.sure and not view.faults:
+        if sure >= rules.sure and not any(fault.sensor in asked for fault in view.faults):
             alone, online = float(view.alone[around].sum()), float(view.online[around].sum())
             well = alone >= rules.well and online >= rules.sure
             found.append(_PlacedView(number, place, float(view.hindsight[place]), well))
@@ -265,9 +271,9 @@ def _grown(
         return _GrownSequence(sequence, 0)
     places = np.array([view.place - first for view in own])
     larger = _with(sequence, [drive[view.number] for view in own], places)
-    left = _remembered(larger.experiences, most) if larger.experiences else np.zeros(0, np.intp)
+    left = _remembered(larger.experiences, most) if larger.experiences is not None else np.zeros(0, np.intp)
     forgotten = len(larger.experiences or ()) - len(left)
-    if forgotten and larger.experiences:
+    if forgotten and larger.experiences is not None:
         larger = replace(larger, experiences=larger.experiences.chosen(left))
     return _GrownSequence(without_unseen(larger), forgotten)
 

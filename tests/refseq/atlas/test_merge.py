@@ -169,6 +169,23 @@ def test_three_in_a_ring_are_joined_two_by_two() -> None:
     assert_true(merged.map, walks)
 
 
+def test_joined_paths_have_one_frame_however_long_a_path_is_that_shares_nothing() -> None:
+    legs: dict[str, list[Leg]] = {
+        "a": [("A", 0, 10), ("B", 0, 20)],
+        "b": [("B", 0, 20), ("D", 0, 10)],
+        "far": [("E", 0, 40), ("F", 0, 40)],
+    }
+    maps = []
+    for number, (name, way) in enumerate(legs.items()):
+        learnt = TOWN.learnt(way, number, BEST)
+        straight = np.pad(np.arange(len(learnt), dtype=float)[:, None], ((0, 0), (0, 2)))
+        maps.append(Map.of(replace(learnt, odometry=straight), name))
+    assert len(maps[2]) > len(maps[0]) + len(maps[1])
+    merged = merge_maps(maps)
+    assert {(one.one, one.other) for one in merged.decisions if one.joined} == {("a", "b")}
+    assert [len(path.poses) for path in merged.map.paths] == [30, 30, 0]
+
+
 def test_adding_one_later_joins_what_merging_all_at_once_joins() -> None:
     walks = {
         "a": TOWN.learnt(A, 1, BEST),

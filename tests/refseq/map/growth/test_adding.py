@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -215,6 +216,23 @@ def test_places_taken_out_of_a_sequence_take_their_experiences_with_them(grown: 
     assert (words > 0).all()
 
 
+def test_a_path_whose_experiences_are_all_given_to_another_can_be_read_and_grows(grown: Grown, tmp_path: Path) -> None:
+    short = learn(drive(1)[8:31], profile=BEST, sensors=["forward", "lateral"], name="short")
+    merged = merge_maps([short, grown.map]).map
+    assert [len(one.experiences or ()) for one in merged.sequences] == [0, 0]
+    merged.save(tmp_path / "whole.refseq")
+    again = add_drive(Map.load(tmp_path / "whole.refseq"), drive(3, 2))
+    assert len(again.kept) > 0
+
+
+def test_an_ill_camera_that_the_map_does_not_ask_does_not_keep_a_drive_from_it() -> None:
+    map_ = learn(drive(1), profile=BEST, sensors=[LASER], name="way")
+    covered = [
+        replace(view, images={name: np.zeros_like(one) for name, one in view.images.items()}) for view in drive(2)
+    ]
+    assert add_drive(map_, covered).placed == add_drive(map_, drive(2)).placed
+
+
 def test_an_atlas_grows_along_all_its_paths() -> None:
     views = drive(1)
     parts = [
@@ -273,7 +291,16 @@ def test_a_map_of_two_robots_takes_drives_of_both_and_of_no_third(map_: Map) -> 
             check_drive(ours, drive(2), {"robot": robot}, rules)
 
 
-@pytest.mark.parametrize(("wrong", "told"), [({"sure": 2.0}, "sure is 2.0"), ({"most": 0}, "0 experiences")])
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"sure": 2.0}, "sure is 2.0"),
+        ({"most": 0}, "0 experiences"),
+        ({"most": 1.5}, "1.5 experiences of a place are to be kept; valid is a whole number from 1"),
+        ({"near": float("nan")}, "near is nan; valid are metres, 0 or more"),
+        ({"least": -1.0}, "least is -1.0; valid are metres, 0 or more"),
+    ],
+)
 def test_wrong_rules_are_told(wrong: dict[str, float], told: str) -> None:
     with pytest.raises(MapError, match=told):
         GrowthSettings(**wrong)  # type: ignore[arg-type]
