@@ -58,8 +58,9 @@ def merge_maps(
     the paths' odometry (``refseq.atlas.consistency``). A shared stretch is kept by the path that had the fewest places
     when it was learnt. ``wishes`` are decisions of a person that hold whatever is found: joins made or refused, and
     joins that nobody would have proposed. All other joins have to agree with those that are wished, and those that are
-    refused speak for and against nothing. Raises ``MapError`` as ``merge`` does, and for wishes about views that there
-    are not.
+    refused speak for and against nothing. ``confirm`` is asked about each decision, and again where another answer has
+    turned it; its answers are wishes. Raises ``MapError`` as ``merge`` does, and for wishes about views that there are
+    not.
     """
     maps = [maps] if isinstance(maps, Map) else list(maps)
     for one in maps:
@@ -69,11 +70,30 @@ def merge_maps(
     merged_before = maps and not maps[0].has_one_path
     merging = _Merging(beside(maps), maps[0].names if merged_before else (), settings or OverlapSettings())
     found = merging.found()
+    merged, answered = _merged(merging, found, wishes), list[Decision]()
+    # An answer is a wish: others have to agree with it, and what comes of that is asked about in turn.
+    while unasked := [one for one in merged.decisions if not any(_is_settled(one, known) for known in answered)]:
+        answers = [confirm(one) for one in unasked]
+        answered += answers
+        turned = [answer for answer, one in zip(answers, unasked, strict=True) if answer.joined != one.joined]
+        if not turned:
+            break
+        wishes = [*turned, *wishes]
+        merged = _merged(merging, found, wishes)
+    return merged
+
+
+def _is_settled(decision: Decision, answer: Decision) -> bool:
+    return answer.joined == decision.joined and answer.about(decision)
+
+
+def _merged(merging: "_Merging", found: Sequence[FoundOverlap], wishes: Sequence[Decision]) -> Merged:
+    """The map, with all stretches that were found judged under some wishes."""
     added = merging.unasked(wishes, [merging.decision(one, None) for one in found])
     own = [merging.wish(wish) for wish in added]
     found, verdicts = merging.found_beside(*merging.judged(found, wishes, own), wishes, own)
     proposed = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
-    told = [_Told.of(one, its, confirm, wishes) for one, its in zip(found, proposed, strict=True)]
+    told = [_Told.of(one, its, wishes) for one, its in zip(found, proposed, strict=True)]
     unsupported = tuple(
         its
         for one, its, verdict in zip(told, proposed, verdicts, strict=True)
@@ -104,11 +124,10 @@ class _Told:
     by_person: bool
 
     @classmethod
-    def of(cls, found: FoundOverlap, proposed: Decision, confirm: Confirm, wishes: Sequence[Decision]) -> "_Told":
-        """A person's wish, or the answer when asked, goes before what is proposed."""
-        asked = wished(proposed, wishes)
-        decision = confirm(asked)
-        return cls(found, decision, decision.joined and (not proposed.joined or asked is not proposed))
+    def of(cls, found: FoundOverlap, proposed: Decision, wishes: Sequence[Decision]) -> "_Told":
+        """A person's wish goes before what is proposed."""
+        decision = wished(proposed, wishes)
+        return cls(found, decision, decision.joined and decision is not proposed)
 
 
 def _in_order(found: FoundOverlap) -> tuple[object, ...]:

@@ -251,6 +251,35 @@ def normal(decision: Decision) -> tuple[object, ...]:
     return (*sorted(sides), decision.joined, decision.why)
 
 
+@pytest.mark.parametrize("keeps", [False, True], ids=["gives way", "insists"])
+def test_an_answer_holds_as_a_wish_does_and_what_it_turns_is_asked_again(keeps: bool) -> None:
+    """The short stretch of B stands by the long one of A alone."""
+    legs: dict[str, list[Leg]] = {
+        "p": [("A", 0, 22), ("C", 0, 18), ("B", 0, 6), ("E", 0, 6)],
+        "q": [("A", 0, 22), ("D", 0, 18), ("B", 0, 6), ("F", 0, 6)],
+    }
+    learnt = [TOWN.learnt(way, number, BEST) for number, way in enumerate(legs.values(), 1)]
+    straight = [np.column_stack([one.along, np.zeros((len(one), 2))]) for one in learnt]
+    walks = [replace(one, odometry=track) for one, track in zip(learnt, straight, strict=True)]
+    maps = named_maps(list(legs), walks)
+    long, short = merge_maps(maps).decisions
+    assert (long.joined, short.joined) == (True, True)
+    asked: list[tuple[int, bool]] = []
+
+    def answer(decision: Decision) -> Decision:
+        asked.append((decision.first[0], decision.joined))
+        if decision.about(long):
+            return replace(decision, joined=False, why="a person says no")
+        return replace(decision, joined=True) if keeps else decision
+
+    merged = merge_maps(maps, confirm=answer)
+    assert asked == [(0, True), (40, True), (40, False)], "each once, and the short one again as nothing supports it"
+    assert [one.joined for one in merged.decisions] == [False, keeps]
+    if not keeps:
+        wish = replace(long, joined=False, why="a person says no")
+        assert merged.decisions == merge_maps(maps, wishes=[wish]).decisions
+
+
 def test_a_person_has_the_last_word() -> None:
     def refuse(decision: Decision) -> Decision:
         return replace(decision, joined=False, why="a person says no")
