@@ -22,7 +22,7 @@ from foxglove.channels import (
 from foxglove.mcap import MCAPWriteOptions
 
 from refseq.errors import LogError
-from refseq.files import free_names, put
+from refseq.files import followed, free_names, put
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.foxglove.outgoing import nanoseconds_of, picture_message, pose_message, scan_message, stamp_message
 from refseq.logs.rig import SensorRig
@@ -64,7 +64,8 @@ class RecordingWriter(ClosedAtExit):
         self._context = foxglove.Context()
         self._images: dict[str, CompressedImageChannel] = {}
         try:
-            self._file = _new_file(path.with_name(f"{path.stem}.partial.mcap"))
+            self._place = followed(path)
+            self._file = _new_file(self._place.with_name(f"{self._place.stem}.partial.mcap"))
         except (OSError, ValueError) as error:
             raise LogError(f"{path}: cannot be written: {error}") from error
         self.partial = Path(self._file.name)
@@ -126,7 +127,7 @@ class RecordingWriter(ClosedAtExit):
             return
         with self._telling():
             self._finish()
-            put(self.partial, self.path)
+            put(self.partial, self._place)
             self._placed = True
 
     def leave(self, notes: Mapping[str, str]) -> None:
