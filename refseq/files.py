@@ -93,12 +93,18 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
 
 
 @contextmanager
-def naming_writes(path: Path | str, error: type[RefseqError]) -> Iterator[None]:
-    """Tell an ``OSError`` of the block as a package's own ``error``, which names the ``path``, not its draft."""
+def naming_writes(path: Path | str, error: type[RefseqError], *riddles: type[Exception]) -> Iterator[None]:
+    """Tell an ``OSError`` of the block as a package's own ``error``, which names the ``path``, not its draft.
+
+    ``riddles`` are errors of a library that may stand for a full disk, of which they do not tell.
+    """
+    failures: tuple[type[Exception], ...] = (OSError, *riddles)
     try:
         yield
-    except OSError as met:
-        raise error(f"{path}: cannot be written: {met.strerror or met}") from met
+    except failures as met:
+        reason = met.strerror if isinstance(met, OSError) else None
+        asked = "" if reason else " (is the disk full?)"
+        raise error(f"{path}: cannot be written{asked}: {reason or met}") from met
 
 
 def replace_bytes(path: Path, content: bytes) -> None:

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 from refseq.errors import LogError, SceneError
-from refseq.files import check_input, free_names, open_input, put_folder, replace_bytes, replace_text, replacing, sync
+from refseq.files import (
+    check_input,
+    free_names,
+    naming_writes,
+    open_input,
+    put_folder,
+    replace_bytes,
+    replace_text,
+    replacing,
+    sync,
+)
 from refseq.logs import write_carmen
 from refseq.scenes import cut_scene, save_scene
 from refseq.view import Scan, View
@@ -101,6 +111,20 @@ def test_a_place_that_cannot_be_written_is_told_by_its_name_in_each_package_s_ow
         assert str(told.value) == f"{path}: cannot be written: No such file or directory"
 
 
+@pytest.mark.parametrize(
+    ("met", "told"),
+    [
+        (PermissionError(errno.EACCES, "Permission denied"), ": Permission denied"),
+        (OSError("bad end"), " (is the disk full?): bad end"),
+        (RuntimeError("bad end"), " (is the disk full?): bad end"),
+    ],
+)
+def test_a_full_disk_is_thought_of_only_where_the_system_tells_nothing(met: Exception, told: str) -> None:
+    with pytest.raises(LogError) as caught, naming_writes("a", LogError, RuntimeError):
+        raise met
+    assert str(caught.value) == f"a: cannot be written{told}"
+
+
 @pytest.mark.parametrize("older", ["older", None])
 def test_what_a_link_leads_to_is_replaced_or_made_and_the_link_stays(tmp_path: Path, older: str | None) -> None:
     link, target = tmp_path / "link", tmp_path / "there" / "target"
@@ -112,7 +136,7 @@ def test_what_a_link_leads_to_is_replaced_or_made_and_the_link_stays(tmp_path: P
     with replacing(link) as file:
         assert Path(file.name).parent.parent == target.parent  # on the same disk, for one step
         file.write(b"new")
-    assert os.readlink(link) == "between"
+    assert str(link.readlink()) == "between"
     assert target.read_text() == "new"
     assert sorted(tmp_path.rglob("*")) == [tmp_path / "between", link, target.parent, target]
 
