@@ -116,7 +116,7 @@ def record(
 
 
 def _check_output(output: Path, form: FormatName) -> None:
-    """Raise ``ScenarioError`` for a file not named as a recording is (a bag has any name), and where none can be made."""
+    """Raise ``ScenarioError`` for a name that is none of a recording (a bag has any), or where none can be made."""
     from refseq_bench.scenarios.drives.inputs import check_room
 
     if form is FormatName.MCAP:
