@@ -8,7 +8,7 @@ import errno
 import os
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from typing import IO
@@ -54,17 +54,35 @@ _KINDS = {
 }
 
 
+def followed(path: Path) -> Path:
+    """Where what is written to ``path`` is to lie: there, or where a symbolic link leads to, be something there or not.
+
+    Raises ``OSError`` for links that lead in a circle, and for one that another user has laid in a folder for all, as
+    /tmp is: it may lead to a file of ours.
+    """
+    if not path.is_symlink():
+        return path
+    folder, for_all = path.parent.stat(), stat.S_ISVTX | stat.S_IWOTH
+    if folder.st_mode & for_all == for_all and path.lstat().st_uid not in (os.geteuid(), folder.st_uid):
+        reason = "is another user's link in a folder for all; valid is another name"
+        raise PermissionError(errno.EACCES, reason, str(path))
+    with suppress(FileNotFoundError):
+        path.stat()  # raises for a circle, in which ``resolve`` stops somewhere
+    return path.resolve()
+
+
 @contextmanager
 def replacing_at(path: Path) -> Iterator[Path]:
     """A file's name that becomes ``path`` when the block ends well; otherwise ``path`` stays as it was.
 
-    It is called like ``path``, for libraries that open the file themselves. A ``path`` that is a link is replaced
-    itself; where it points to stays as it is.
+    It is called like ``path``, for libraries that open the file themselves. A ``path`` that is a link stays one: what
+    it leads to is replaced.
     """
-    with draft_folder(path.parent) as folder:
+    target = followed(path)
+    with draft_folder(target.parent) as folder:
         draft = folder / path.name
         yield draft
-        put(draft, path)
+        put(draft, target)
 
 
 @contextmanager
@@ -75,12 +93,18 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
 
 
 @contextmanager
-def naming_writes(path: Path | str, error: type[RefseqError]) -> Iterator[None]:
-    """Tell an ``OSError`` of the block as a package's own ``error``, which names the ``path``, not its draft."""
+def naming_writes(path: Path | str, error: type[RefseqError], *riddles: type[Exception]) -> Iterator[None]:
+    """Tell an ``OSError`` of the block as a package's own ``error``, which names the ``path``, not its draft.
+
+    ``riddles`` are errors of a library that may stand for a full disk, of which they do not tell.
+    """
+    failures: tuple[type[Exception], ...] = (OSError, *riddles)
     try:
         yield
-    except OSError as met:
-        raise error(f"{path}: cannot be written: {met.strerror or met}") from met
+    except failures as met:
+        reason = met.strerror if isinstance(met, OSError) else None
+        asked = "" if reason else " (is the disk full?)"
+        raise error(f"{path}: cannot be written{asked}: {reason or met}") from met
 
 
 def replace_bytes(path: Path, content: bytes) -> None:

@@ -1,5 +1,6 @@
 """Sockets that listen: no more connections than are served, and where asked for none but this process' own."""
 
+import errno
 import os
 import socket
 from collections.abc import Collection, Iterator
@@ -44,7 +45,9 @@ def listening(host: str, port: int, most: int) -> BoundedListener:
     except (OSError, OverflowError) as error:
         code = getattr(error, "errno", None)  # the text of some repeats the address
         reason = os.strerror(code) if code and code > 0 else str(error)
-        raise RefseqError(f"{host} port {port}: cannot be served from: {reason}; valid is a free port") from error
+        elsewhere = isinstance(error, socket.gaierror) or code == errno.EADDRNOTAVAIL
+        valid = f"valid is {'an address of this machine and ' if elsewhere else ''}a free port"
+        raise RefseqError(f"{host} port {port}: cannot be served from: {reason}; {valid}") from error
     return BoundedListener(found, most)
 
 

@@ -21,8 +21,8 @@ def check_display() -> None:
     """Raise ``RefseqError`` where no window can be opened."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise RefseqError(
-            "no display: DISPLAY and WAYLAND_DISPLAY are unset; valid is a desktop session, or a file "
-            "instead of a window (-o, of refseq live --rrd), a browser (--serve), or a viewer elsewhere (--connect)"
+            "no display: DISPLAY and WAYLAND_DISPLAY are unset; valid is a desktop session, or instead "
+            "of a window a file (-o; --rrd of refseq live), a browser (--serve) or a viewer elsewhere (--connect)"
         )
 
 

@@ -230,7 +230,7 @@ class _Campaign:
         path = self._store.path(task.key, task.ending)
         if path.exists() and task.key not in self._renewed:
             self._renewed.add(task.key)
-            self._watcher.noted(f"{path}: is cut off; it is made anew")
+            self._watcher.noted(f"{path}: is cut off or damaged; it is made anew")
         return False
 
     def _end(self, task: Task, outcome: TaskOutcome) -> None:

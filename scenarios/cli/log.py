@@ -23,6 +23,7 @@ from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import (
     check_beside,
     check_output,
+    check_room,
     origin_notes,
     plan_drive,
     thinned_drive,
@@ -248,7 +249,9 @@ def convert(
 
     wanted = format_of(target, form)
     check_beside(log, target)
-    if wanted is not LogFormat.ROSBAG2:
+    if wanted is LogFormat.ROSBAG2:
+        check_room(target)
+    else:
         check_output(target)
     plan = thinned_drive(open_log(log), selection.chosen())
     notes = {"source": log.name, "source_kind": plan.source.kind, **origin_notes(selection.chosen())}

@@ -102,7 +102,7 @@ def show(
     from refseq_bench.scenarios.campaign.store.cache import Store
     from refseq_bench.user_cache import user_cache
 
-    store = Store(cache or user_cache())
+    store = Store(cache or user_cache(), read_only=True)
     for one in cases:
         for line in lines(one, rest_of([one], store).summary):
             say(out, line)

@@ -4,6 +4,7 @@ import fcntl
 import hashlib
 import logging
 import math
+import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -12,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from refseq.files import open_input
+from refseq.files import followed, open_input
 from refseq_bench.scenarios.drives.left_out import views_left_out
 from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
@@ -91,19 +92,34 @@ def stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
     return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
 
 
-def check_output(*paths: Path | None, of: Iterable[Path | None] = ()) -> None:
+def check_output(*paths: Path | None, of: Iterable[Path | None] = (), making: bool = False) -> None:
     """Tell before the work begins that a result could not be written, or would overwrite a file that it is made of.
 
-    None: none is asked for, or none is there.
+    None: none is asked for, or none is there. ``making``: folders that are missing will be made.
     """
     check_spared(*paths, of=of)
     for path in filter(None, paths):
         if path.exists() and not path.is_file():
             kind = "folder" if path.is_dir() else "device, pipe or socket"
             raise ScenarioError(f"{path}: is a {kind}; valid is the name of a file to write")
-        if not path.parent.is_dir():
-            raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
-        _check_access(path, path.parent)
+        check_room(path, making=making)
+
+
+def check_room(path: Path, *, making: bool = False) -> None:
+    """Tell before the work begins that nothing could be made by the name ``path``; nothing stays."""
+    with writing(path):
+        folder = followed(path).parent
+    if making:
+        folder = _nearest(folder)
+    if not folder.is_dir():
+        found = f"{folder} is no folder" if os.path.lexists(folder) else f"there is no folder {folder}"
+        raise ScenarioError(f"{path}: cannot be written: {found}")
+    _check_access(path, folder)
+
+
+def _nearest(path: Path) -> Path:
+    """The path, or what there is of the way to it; a link to nothing is there."""
+    return next(one for one in (path, *path.parents) if os.path.lexists(one))
 
 
 def check_spared(*paths: Path | None, of: Iterable[Path | None]) -> None:
@@ -130,9 +146,10 @@ def check_beside(source: Path, target: Path) -> None:
 
 def check_folder(path: Path) -> None:
     """Tell before the work begins that a folder could not be made or filled; nothing stays made."""
-    there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
+    there = _nearest(path)
     if not there.is_dir():
-        raise ScenarioError(f"{path}: {there} is no folder; valid is the name of a folder to fill")
+        named = "" if there == path else f"{there} "
+        raise ScenarioError(f"{path}: {named}is no folder; valid is the name of a folder to fill")
     _check_access(path, there)
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from refseq.errors import LogError
+from refseq.files import followed
 from refseq.logs import Recording
 from refseq.logs.foxglove.writer import RecordingFormat
 from refseq.logs.notes import noted
@@ -233,6 +234,6 @@ def _write(
 def _make_folder(path: Path) -> None:
     """Make the folder of a file to write."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        followed(path).parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be written: {path.parent}: {error.strerror}") from error

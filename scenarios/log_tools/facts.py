@@ -99,7 +99,13 @@ def _drive(checkup: "LogCheckup") -> str:
         return "unknown: the log has no odometry"
     turns = f"{plural(way.left_turns, 'turn')} to the left, {way.right_turns} to the right"
     twice = f"; {100 * way.revisited:.0f} % of it driven twice" if way.revisited else ""
-    return f"{way.length:.1f} m by {motion_origin(findings)} in {way.width:.0f} × {way.height:.0f} m; {turns}{twice}"
+    return (
+        f"{way.length:.1f} m by {motion_origin(findings)} in {_side(way.width)} × {_side(way.height)} m; {turns}{twice}"
+    )
+
+
+def _side(metres: float) -> str:
+    return f"{metres:.0f}" if metres >= 1 else f"{metres:.1f}"
 
 
 def _views(checkup: "LogCheckup") -> str:

@@ -1,6 +1,8 @@
 """Verdicts on a log: how far it serves for learning, localising and scoring, and the command to type next."""
 
+import os
 import shlex
+import string
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -216,11 +218,11 @@ def _split(of: Prospect, plan: ViewPlan) -> DriveSplit | None:
 
 def _commands(of: Prospect, task: str, split: int | None = None, more: str = "") -> tuple[str, ...]:
     """The words to type; at ``split`` a drive that comes back is cut in two, of which the first is learnt."""
-    log, options = shlex.quote(str(of.path)), selection_words(of.selection)
+    log, options = _typed(str(of.path)), selection_words(of.selection)
     if of.troubles and task != "check":
         options += [f"--sensors {shlex.quote(','.join(of.well))}"]
     stem = of.path.name.partition(".")[0] or "robot"
-    learnt, beliefs = shlex.quote(f"{stem}.refseq"), "beliefs.parquet"
+    learnt, beliefs = _typed(f"{stem}.refseq"), "beliefs.parquet"
     if task == "check":
         return (" ".join(["refseq log check", log, *options, more]),)
     if task in ("alone", "in a map"):
@@ -236,10 +238,19 @@ def _commands(of: Prospect, task: str, split: int | None = None, more: str = "")
         return (" ".join(["refseq learn", log, *options, f"--profile {PROFILE} -o", learnt]),)
     if split is None or of.plan is None:
         return (" ".join(["refseq localise", learnt, "SECOND", *options, "-o", beliefs]),)
-    part = shlex.quote(f"{stem}-first.refseq")
+    part = _typed(f"{stem}-first.refseq")
     first, rest = f"--views 0:{split}", f"--views {split}:{len(of.plan)}"
     learn = " ".join(["refseq learn", log, first, *options, f"--profile {PROFILE} -o", part])
     return learn, " ".join(["refseq localise", part, log, rest, *options, "-o", beliefs])
+
+
+def _typed(name: str) -> str:
+    """A file's name as a shell takes it; by the numbers of its bytes where some are not shown, as those of no UTF-8."""
+    if name.isprintable():
+        return shlex.quote(name)
+    plain = set(string.ascii_letters + string.digits + "/._- ")
+    shown = (chr(byte) if chr(byte) in plain else f"\\x{byte:02x}" for byte in os.fsencode(name))
+    return f"$'{''.join(shown)}'"
 
 
 def selection_words(selection: DriveSelection) -> list[str]:

@@ -68,8 +68,8 @@ def _found(merged: Path, member: Member) -> Path:
         )
     if _digest(path) != member.sha256:
         raise ScenarioError(
-            f"{path}: is not the map any more that was merged into {merged}; valid is that one, or to merge the "
-            "members themselves"
+            f"{path}: is not the map any more that was merged into {merged}; valid is that one, to merge the "
+            "members themselves, or --keep-joins to add to the places that are left"
         )
     return path
 

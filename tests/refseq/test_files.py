@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 from refseq.errors import LogError, SceneError
-from refseq.files import check_input, free_names, open_input, put_folder, replace_bytes, replace_text, replacing, sync
+from refseq.files import (
+    check_input,
+    free_names,
+    naming_writes,
+    open_input,
+    put_folder,
+    replace_bytes,
+    replace_text,
+    replacing,
+    sync,
+)
 from refseq.logs import write_carmen
 from refseq.scenes import cut_scene, save_scene
 from refseq.view import Scan, View
@@ -101,13 +111,58 @@ def test_a_place_that_cannot_be_written_is_told_by_its_name_in_each_package_s_ow
         assert str(told.value) == f"{path}: cannot be written: No such file or directory"
 
 
-def test_a_link_in_the_way_is_replaced_and_not_written_through(tmp_path: Path) -> None:
-    dear = tmp_path / "dear"
+@pytest.mark.parametrize(
+    ("met", "told"),
+    [
+        (PermissionError(errno.EACCES, "Permission denied"), ": Permission denied"),
+        (OSError("bad end"), " (is the disk full?): bad end"),
+        (RuntimeError("bad end"), " (is the disk full?): bad end"),
+    ],
+)
+def test_a_full_disk_is_thought_of_only_where_the_system_tells_nothing(met: Exception, told: str) -> None:
+    with pytest.raises(LogError) as caught, naming_writes("a", LogError, RuntimeError):
+        raise met
+    assert str(caught.value) == f"a: cannot be written{told}"
+
+
+@pytest.mark.parametrize("older", ["older", None])
+def test_what_a_link_leads_to_is_replaced_or_made_and_the_link_stays(tmp_path: Path, older: str | None) -> None:
+    link, target = tmp_path / "link", tmp_path / "there" / "target"
+    target.parent.mkdir()
+    if older is not None:
+        target.write_text(older)
+    (tmp_path / "between").symlink_to("there/target")
+    link.symlink_to("between")
+    with replacing(link) as file:
+        assert Path(file.name).parent.parent == target.parent  # on the same disk, for one step
+        file.write(b"new")
+    assert str(link.readlink()) == "between"
+    assert target.read_text() == "new"
+    assert sorted(tmp_path.rglob("*")) == [tmp_path / "between", link, target.parent, target]
+
+
+def test_links_in_a_circle_are_told(tmp_path: Path) -> None:
+    (tmp_path / "one").symlink_to("other")
+    (tmp_path / "other").symlink_to("one")
+    with pytest.raises(OSError, match="Too many levels of symbolic links"):
+        replace_text(tmp_path / "one", "new")
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may lay a link for another user")
+def test_a_link_that_another_user_laid_in_a_folder_for_all_is_not_written_through(tmp_path: Path) -> None:
+    for_all, dear = tmp_path / "tmp", tmp_path / "dear"
     dear.write_text("dear")
-    (tmp_path / "a").symlink_to(dear)
-    replace_text(tmp_path / "a", "new")
+    for_all.mkdir()
+    for_all.chmod(0o1777)
+    (link := for_all / "out").symlink_to(dear)
+    os.chown(link, 1, 1, follow_symlinks=False)
+    with pytest.raises(PermissionError, match="is another user's link in a folder for all; valid is another name"):
+        replace_text(link, "new")
     assert dear.read_text() == "dear"
-    assert not (tmp_path / "a").is_symlink()
+    for_all.chmod(0o755)
+    replace_text(link, "new")
+    assert dear.read_text() == "new"
 
 
 @pytest.mark.parametrize(("make", "told"), [(os.mkfifo, "is a pipe; valid is a file"), (Path.mkdir, "is a folder")])

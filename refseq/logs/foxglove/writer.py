@@ -5,8 +5,8 @@ Topics: ``/<camera>`` CompressedImage (PNG), ``/laser`` LaserScan, ``/odometry``
 drive was made.
 """
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, suppress
 from io import FileIO
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from foxglove.channels import (
 from foxglove.mcap import MCAPWriteOptions
 
 from refseq.errors import LogError
-from refseq.files import free_names, put
+from refseq.files import followed, free_names, naming_writes, put
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.foxglove.outgoing import nanoseconds_of, picture_message, pose_message, scan_message, stamp_message
 from refseq.logs.rig import SensorRig
@@ -64,8 +64,10 @@ class RecordingWriter(ClosedAtExit):
         self._context = foxglove.Context()
         self._images: dict[str, CompressedImageChannel] = {}
         try:
-            self._file = _new_file(path.with_name(f"{path.stem}.partial.mcap"))
-        except (OSError, ValueError) as error:
+            with self._telling():
+                self._place = followed(path)
+                self._file = _new_file(self._place.with_name(f"{self._place.stem}.partial.mcap"))
+        except ValueError as error:
             raise LogError(f"{path}: cannot be written: {error}") from error
         self.partial = Path(self._file.name)
         with self._telling():
@@ -126,7 +128,7 @@ class RecordingWriter(ClosedAtExit):
             return
         with self._telling():
             self._finish()
-            put(self.partial, self.path)
+            put(self.partial, self._place)
             self._placed = True
 
     def leave(self, notes: Mapping[str, str]) -> None:
@@ -152,13 +154,9 @@ class RecordingWriter(ClosedAtExit):
         finally:
             self._file.close()
 
-    @contextmanager
-    def _telling(self) -> Iterator[None]:
+    def _telling(self) -> AbstractContextManager[None]:
         """Name the file in what goes wrong with writing."""
-        try:
-            yield
-        except (OSError, RuntimeError) as error:
-            raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
+        return naming_writes(self.path, LogError, RuntimeError)
 
 
 def _new_file(path: Path) -> FileIO:

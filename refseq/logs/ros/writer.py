@@ -2,8 +2,8 @@
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -16,7 +16,7 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
 from refseq.drafts import remove_folder
 from refseq.errors import LogError
-from refseq.files import free_names, put_folder
+from refseq.files import followed, free_names, naming_writes, put_folder
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.rig import SensorRig
 from refseq.logs.ros.bag import VIEWS_KEY
@@ -98,8 +98,9 @@ class BagWriter(ClosedAtExit):
         self._cameras: dict[str, str] = {}
         self._open, self._placed = True, False
         with self._telling():
-            self._folder = _new_folder(path.with_name(f"{path.name}.partial"))
-            self.partial = self._folder / path.name  # the files in it are named by the folder
+            self._place = followed(path)
+            self._folder = _new_folder(self._place.with_name(f"{self._place.name}.partial"))
+            self.partial = self._folder / self._place.name  # the files in it are named by the folder
             plugin = StoragePlugin[storage.name]
             self._writer = Writer(self.partial, version=FORMAT_VERSION, storage_plugin=plugin)
             self._writer.open()
@@ -152,7 +153,7 @@ class BagWriter(ClosedAtExit):
         with self._telling():
             self._finish()
             check_bag_path(self.path)
-            put_folder(self.partial, self.path)
+            put_folder(self.partial, self._place)
             self._placed = True
         remove_folder(self._folder)  # with the older bag, if there was one
 
@@ -177,13 +178,9 @@ class BagWriter(ClosedAtExit):
         self._writer.set_custom_data(VIEWS_KEY, json.dumps(self._cameras))
         self._writer.close()
 
-    @contextmanager
-    def _telling(self) -> Iterator[None]:
+    def _telling(self) -> AbstractContextManager[None]:
         """Name the bag in what goes wrong with writing."""
-        try:
-            yield
-        except (OSError, sqlite3.Error, WriterError) as error:
-            raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
+        return naming_writes(self.path, LogError, sqlite3.Error, WriterError)
 
 
 def _new_folder(path: Path) -> Path:

@@ -9,6 +9,7 @@ from refseq.drafts import draft_folder, sweep_drafts
 from refseq.errors import RefseqError
 from refseq.files import put
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.user_cache import VARIABLE
 
 RECORDING, MAP, ANSWERS = ".mcap", ".refseq", ".parquet"
 """Endings of what is kept."""
@@ -40,16 +41,13 @@ class Store:
 
     Several processes, of several campaigns, may make the same file at once: the last one wins, and all are alike. A
     file is made in a draft folder (``refseq.drafts``) and moved to its name in one step. Raises ``ScenarioError`` where
-    the folder cannot be made.
+    the folder cannot be made or written to, unless all that is wanted is to be ``read_only``.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, read_only: bool = False) -> None:
         self.folder = folder
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            reason = f"cannot hold what is kept: {error.strerror}"
-            raise ScenarioError(f"{folder}: {reason}; valid is a folder that can be written to") from error
+        if not read_only:
+            _make_ready(folder)
 
     def path(self, key: str, ending: str) -> Path:
         """Where a key's file is, or will be."""
@@ -90,6 +88,18 @@ class Store:
     def sweep(self) -> None:
         """Remove the drafts of makers that are no more."""
         sweep_drafts(self.folder)
+
+
+def _make_ready(folder: Path) -> None:
+    """Make a folder to write into, or see that the one that is there can be written to."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        reason = "" if os.access(folder, os.W_OK | os.X_OK) else "no write access"
+    except OSError as error:
+        reason = error.strerror or str(error)
+    if reason:
+        valid = f"valid is a folder that can be written to, by --cache or {VARIABLE}"
+        raise ScenarioError(f"{folder}: cannot hold what is kept: {reason}; {valid}")
 
 
 def _refuses(folder: Path) -> str:

@@ -97,7 +97,7 @@ def record(
     from refseq_bench.sim.drives.operator import OperatorStyle, style_named
 
     only_one_of(behaviours=behaviours, script=script)
-    _check_name(output, form)
+    _check_output(output, form)
     _check_spared(script, output, form)
     style = replace(style_named(operator_style), side=side)
     if script is not None and style != OperatorStyle():
@@ -115,10 +115,13 @@ def record(
     _by_itself(drive, f"{world} at {setting.light}", output, form, notes)
 
 
-def _check_name(output: Path, form: FormatName) -> None:
-    """Raise ``ScenarioError`` for a file that is not named as a recording is; a bag is a folder, of any name."""
+def _check_output(output: Path, form: FormatName) -> None:
+    """Raise ``ScenarioError`` for a name that is none of a recording (a bag has any), or where none can be made."""
+    from refseq_bench.scenarios.drives.inputs import check_room
+
     if form is FormatName.MCAP:
         DRIVE.check(output)
+    check_room(output, making=True)
 
 
 def _check_spared(script: Path | None, output: Path, form: FormatName) -> None:
@@ -164,7 +167,7 @@ def drive(
     from refseq.logs.formats import DriveFormat, output_format
     from refseq.logs.notes import checked_notes
 
-    _check_name(output, form)
+    _check_output(output, form)
     asked, kind = drive_in(world, setting, carrier, sampling), output_format(DriveFormat(form))
 
     from refseq_bench.scenarios.drives.record import check_recording, open_bench, sensors_of

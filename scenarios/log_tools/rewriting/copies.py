@@ -22,7 +22,7 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 
 from refseq.drafts import draft_folder
 from refseq.errors import LogError
-from refseq.files import put_folder, replacing, replacing_at
+from refseq.files import followed, put_folder, replacing, replacing_at
 from refseq.logs.carmen.source import LineSpan
 from refseq.logs.carmen.text import CutOffError, is_carmen, text_lines
 from refseq.logs.closing import incomplete
@@ -215,7 +215,8 @@ def _added_rosbag2(writer: Rosbag2Writer, connection: Connection) -> Connection:
 
 @contextmanager
 def _new_folder(target: Path) -> Iterator[Path]:
-    """A folder's name that becomes ``target`` when the block ends well."""
+    """A folder's name that becomes ``target`` when the block ends well; a link stays one, as of files."""
+    target = followed(target)
     with draft_folder(target.parent) as folder:
         yield folder / target.name
         put_folder(folder / target.name, target)

@@ -206,6 +206,9 @@ def test_addresses_that_cannot_be_listened_at_are_a_line() -> None:
         port = taken.getsockname()[1]
         with pytest.raises(RefseqError, match=f"{port}: cannot be served from: Address already in use"):
             listening(LOOPBACK, port, 1)
+    address = "203.0.113.1 port 0: cannot be served from: .*; valid is an address of this machine and a free port$"
+    with pytest.raises(RefseqError, match=address):
+        listening("203.0.113.1", 0, 1)
     with pytest.raises(RefseqError, match="cannot be served from"):
         listening("192.0.2.1", 0, 1)
 

@@ -247,7 +247,7 @@ def test_what_is_cut_off_is_made_anew_and_told(tmp_path: Path) -> None:
     results, executor, notes = conducted(store, cases)
     assert verdicts(results) == {"a": "passed"}
     assert executor.order == ["ask"]
-    assert notes.lines == [f"{store.path('ask', ANSWERS)}: is cut off; it is made anew"]
+    assert notes.lines == [f"{store.path('ask', ANSWERS)}: is cut off or damaged; it is made anew"]
 
 
 def test_damage_that_a_task_meets_is_repaired_once_for_all_who_meet_it(tmp_path: Path) -> None:

@@ -112,10 +112,10 @@ def test_the_table_is_gone_at_the_end_and_notes_stay() -> None:
     table, clock, console = live_table()
     half_way(table, clock)
     table.tick()
-    table.noted("drive.mcap: is cut off; it is made anew")
+    table.noted("drive.mcap: is cut off or damaged; it is made anew")
     table.close()
     written = cast(io.StringIO, console.file).getvalue()
-    assert "note: drive.mcap: is cut off; it is made anew" in written
+    assert "note: drive.mcap: is cut off or damaged; it is made anew" in written
     assert written.rstrip().endswith(("\x1b[2K", "\x1b[?25h"))  # the last line is cleared, the cursor is back
 
 

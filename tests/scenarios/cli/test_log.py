@@ -181,6 +181,7 @@ def test_trim_and_convert_say_what_they_wrote(drive, tmp_path, capsys):
         (["cut", "{drive}", "-o", "{folder}/o.mcap", "--views", "0:3", "--times", "1:2"], "exclude each other"),
         (["cut", "{drive}", "-o", "{folder}/o.mcap", "--distances", "90:99"], "valid is FROM:TO within 0:9.8 m"),
         (["cut", "{drive}", "-o", "{folder}/none/o.mcap", "--views", "0:3"], "there is no folder"),
+        (["convert", "{drive}", "{folder}/none/bag", "--format", "rosbag2"], "there is no folder"),
         (["convert", "{drive}", "{folder}/o.xyz"], "its name tells no format"),
         (["trim", "{folder}/none.mcap", "-o", "{folder}/o.mcap"], "No such file"),
     ],

@@ -371,6 +371,7 @@ def test_a_member_that_is_missing_or_was_edited_is_told(refseq: Refseq, maps: Pa
     answer = refseq("map", "merge", str(whole), east, "-o", str(out))
     assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
     assert f"{west}: is not the map any more that was merged into {whole}" in answer.err
+    assert answer.err.endswith("themselves, or --keep-joins to add to the places that are left\n")
     Path(west).unlink()
     answer = refseq("map", "merge", str(whole), east, "-o", str(out))
     assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)

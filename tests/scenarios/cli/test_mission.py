@@ -148,7 +148,7 @@ def test_in_an_atlas_one_says_where_to(refseq: Refseq, here: Path) -> None:
         (("run", "offices.refseq", "--start", "99", "-o", "new/out"), "start 99 m is not on the way"),
         (
             ("run", "offices.refseq", "-o", "offices.mcap/out"),
-            "offices.mcap is no folder; valid is the name of a folder",
+            "offices.mcap/out: offices.mcap is no folder; valid is the name of a folder",
         ),
         (
             ("run", "offices.refseq", "--filmstrip", "5"),

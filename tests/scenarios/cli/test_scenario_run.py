@@ -170,6 +170,14 @@ def test_a_full_disk_is_one_line_and_an_error(refseq: Refseq, file: Path, tmp_pa
         subprocess.run(["umount", disk], check=True)
 
 
+def test_a_cache_that_cannot_be_written_to_is_told_before_the_run(refseq: Refseq, file: Path) -> None:
+    answer = refseq("scenario", "run", file, "-o", "out", "--cache", file / "cache")
+    assert (answer.code, answer.err.count("\n")) == (2, 1)
+    assert "cache: cannot hold what is kept: Not a directory; valid is" in answer.err
+    assert answer.err.endswith("by --cache or REFSEQ_CACHE\n")
+    assert not Path("out").exists()
+
+
 @pytest.mark.parametrize("seeds", ["", "1,1", "1;2", "-1", "one", "1,"])
 def test_seeds_that_are_none_are_told(refseq: Refseq, file: Path, cache: Path, seeds: str) -> None:
     answer = refseq("scenario", "run", file, "--cache", cache, "--seeds", seeds)

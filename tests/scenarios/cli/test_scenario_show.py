@@ -105,6 +105,13 @@ def test_a_list_does_not_ask_whether_a_route_can_be_driven(refseq: Refseq, here:
     assert (shown.code, "unknown route 'up'" in shown.err) == (2, True)
 
 
+def test_show_needs_no_cache_that_could_be_made(refseq: Refseq, here: Path) -> None:
+    (here / "laser.toml").write_text(LASER.replace(', "failures of vlad <= 3"', ""))
+    answer = refseq("scenario", "show", "laser.toml", "--cache", here / "laser.toml" / "cache")
+    assert (answer.code, answer.err) == (0, "")
+    assert "kept: 0 of 2 drives" in answer.out
+
+
 def test_show_tells_all_that_is_left_open(refseq: Refseq, here: Path) -> None:
     (here / "laser.toml").write_text(LASER.replace(', "failures of vlad <= 3"', ""))
     answer = refseq("scenario", "show", "laser.toml")

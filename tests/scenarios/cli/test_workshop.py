@@ -43,3 +43,21 @@ def test_at_least_is_asked_of_every_light_in_any_order(
     told = [line for line in answer.err.splitlines() if "below what was asked" in line]
     assert answer.code == int(bool(below))
     assert [line.partition(": below")[0] for line in told] == [light for light in lights if light in below]
+
+
+@pytest.mark.parametrize(
+    "taken",
+    [
+        "reference.mcap", "query.mcap", "map.refseq", "beliefs.parquet", "demo.rrd", "report.html",
+        "seed-2/map.refseq", "noon/beliefs.parquet", "seed-2/noon/query.mcap",
+    ],
+)  # fmt: skip
+def test_a_folder_in_the_place_of_any_file_is_told_before_the_first_drive(
+    refseq: Refseq, tmp_path: Path, taken: str
+) -> None:
+    (tmp_path / taken).mkdir(parents=True)
+    asked = ("--query-light", "18:00", "--query-light", "noon", "--runs", 2)
+    answer = refseq("demo", "-o", tmp_path, *asked)
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == f"error: {tmp_path / taken}: is a folder; valid is the name of a file to write\n"
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

@@ -3,12 +3,13 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
 from refseq.files import replace_bytes
-from refseq_bench.scenarios.drives.inputs import check_folder, check_output, replacement
+from refseq_bench.scenarios.drives.inputs import check_folder, check_output, check_room, replacement
 from refseq_bench.scenarios.errors import ScenarioError
 
 CHANGED = "has changed since it was read; valid is to run the command again"
@@ -67,8 +68,50 @@ def test_a_pipe_is_nothing_to_write_a_result_over(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc, where nobody makes a file")
-@pytest.mark.parametrize("check", [check_output, check_folder])
+@pytest.mark.parametrize("check", [check_output, check_folder, check_room])
 def test_a_place_that_takes_no_file_is_told_whatever_its_permissions_say(check: Callable[[Path], None]) -> None:
     with pytest.raises(ScenarioError) as caught:
         check(Path("/proc/x"))
     assert str(caught.value) == "/proc/x: cannot be written: no write access to folder /proc"
+
+
+@pytest.mark.parametrize(
+    ("name", "strict", "making"),
+    [
+        ("none/deep/x", "there is no folder none/deep", None),
+        ("file/x", "file is no folder", "file is no folder"),
+        ("file/deep/x", "there is no folder file/deep", "file is no folder"),
+        ("circle", "Too many levels of symbolic links", "Too many levels of symbolic links"),
+        ("circle/x", "circle is no folder", "circle is no folder"),
+        ("nowhere/x", "nowhere is no folder", "nowhere is no folder"),
+        ("out", "there is no folder {}/none/deep", None),
+    ],
+)
+def test_what_is_in_the_way_of_a_file_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, strict: str, making: str | None
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").touch()
+    for link, target in (("circle", "circle"), ("nowhere", "none"), ("out", "none/deep/x")):
+        Path(link).symlink_to(target)
+    before = sorted(tmp_path.iterdir())
+    for told, makes in ((strict, False), (making, True)):
+        with nullcontext() if told is None else pytest.raises(ScenarioError) as caught:
+            check_output(Path(name), making=makes)
+        if told is not None:
+            assert str(caught.value) == f"{name}: cannot be written: {told.format(tmp_path)}"
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "told"), [("circle", ""), ("file", ""), ("file/deep", "file "), ("circle/x", "circle ")]
+)
+def test_what_is_in_the_way_of_a_folder_is_named_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, told: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").touch()
+    Path("circle").symlink_to("circle")
+    with pytest.raises(ScenarioError) as caught:
+        check_folder(Path(name))
+    assert str(caught.value) == f"{name}: {told}is no folder; valid is the name of a folder to fill"

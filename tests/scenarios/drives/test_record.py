@@ -176,6 +176,12 @@ def test_a_file_in_the_folders_place_is_told(blind: Drive, tmp_path: Path) -> No
         record(blind, tmp_path / "taken" / "drive.mcap")
 
 
+def test_a_recording_lies_where_a_link_leads_to_in_a_folder_that_is_made(blind: Drive, tmp_path: Path) -> None:
+    (tmp_path / "drive.mcap").symlink_to("disk/today.mcap")
+    record(blind, tmp_path / "drive.mcap")
+    assert [file.name for file in (tmp_path / "disk").iterdir()] == ["today.mcap"]
+
+
 def stop_at(count: int, error: BaseException) -> Progress:
     def progress(along: float, length: float | None, views: int) -> None:
         if views == count:

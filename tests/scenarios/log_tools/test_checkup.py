@@ -1,7 +1,9 @@
 """The checkup of logs with one thing wrong each, written as ROS does: verdicts, warnings, and a late laser's offset."""
 
 import math
+import os
 import re
+import subprocess
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -204,6 +206,28 @@ def test_a_path_that_is_driven_twice_is_split(tmp_path: Path) -> None:
     assert asked - 2 <= on_map <= asked, "the second round is the first one's"
     assert asked == pytest.approx(found.views / 2, abs=2)
     assert ["learn" in localise.commands[0], "localise" in localise.commands[1]] == [True, True]
+
+
+def test_a_name_that_is_no_utf_8_can_be_pasted_from_the_commands(tmp_path: Path) -> None:
+    name = Path(os.fsdecode(b"it's \xfcf\xff.mcap"))
+    bag = write_rosbag2(tmp_path / "bag", DRIVE, RosSetup(truth=None)).rename(tmp_path / name)
+    found = check_log(bag, DriveSelection())
+    learn = found.verdicts[0].commands[0]
+    assert learn.isascii()
+    words = subprocess.run(["bash", "-c", f"printf '%s\\0' {learn}"], capture_output=True, check=True).stdout
+    assert os.fsencode(tmp_path / name) in words.split(b"\0")
+    assert os.fsencode(name.with_suffix(".refseq")) in words.split(b"\0")
+
+
+def test_a_path_that_is_nearly_straight_has_a_width(tmp_path: Path) -> None:
+    found = check_log(write_rosbag2(tmp_path / "bag", DRIVE, RosSetup()), DriveSelection())
+    assert 0 < min(found.travel.width, found.travel.height) < 1
+    drive = next(fact.text for fact in facts_of(found) if fact.about == "drive")
+    sides = re.search(r" in ([0-9.]+) × ([0-9.]+) m;", drive)
+    assert sides is not None
+    shown = sorted(map(float, sides.groups()))
+    assert shown == pytest.approx(sorted((found.travel.width, found.travel.height)), abs=0.5)
+    assert shown[0] == pytest.approx(min(found.travel.width, found.travel.height), abs=0.05)
 
 
 def test_odometry_that_began_anew_is_told_and_its_first_part_proposed(tmp_path: Path) -> None:

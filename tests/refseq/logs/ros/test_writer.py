@@ -240,8 +240,18 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
     file.touch()
     with pytest.raises(LogError, match="is a file; valid for a rosbag2 is the name of a folder"):
         BagWriter(file, {})
-    with pytest.raises(LogError, match="cannot be written"):
+    with pytest.raises(LogError, match=r"bag: cannot be written: No such file or directory$"):
         BagWriter(tmp_path / "no" / "bag", {})
+
+
+def test_a_bag_lies_where_a_link_leads_to(tmp_path: Path) -> None:
+    (disk := tmp_path / "disk").mkdir()
+    (link := tmp_path / "bag").symlink_to("disk/today")
+    for _ in range(2):
+        write(link)
+        assert link.is_symlink()
+        assert {file.name for file in (disk / "today").iterdir()} == {"metadata.yaml", "today.mcap"}
+    assert [file.name for file in disk.iterdir()] == ["today"]
 
 
 def test_views_that_a_bag_cannot_hold(tmp_path: Path) -> None:

@@ -146,3 +146,15 @@ def test_a_store_that_cannot_be_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
     with pytest.raises(ScenarioError, match=r"file/store: cannot hold what is kept: Not a directory; valid is "):
         Store(tmp_path / "file" / "store")
+
+
+def test_a_store_that_cannot_be_written_to_is_told_before_the_work_and_can_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Store(tmp_path).make("a", ANSWERS, lambda path: path.write_bytes(WHOLE))
+    monkeypatch.setattr(os, "access", lambda path, mode: (path, mode) != (tmp_path, os.W_OK | os.X_OK))  # as root too
+    with pytest.raises(ScenarioError) as caught:
+        Store(tmp_path)
+    valid = "valid is a folder that can be written to, by --cache or REFSEQ_CACHE"
+    assert str(caught.value) == f"{tmp_path}: cannot hold what is kept: no write access; {valid}"
+    assert Store(tmp_path, read_only=True).has("a", ANSWERS)

@@ -222,3 +222,14 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     assert told in answer.err
     assert len(answer.err.strip().splitlines()) == 1
     assert not path.parent.exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no /proc, where nobody makes a file")
+@pytest.mark.parametrize("words", [("record",), ("record", "--format", "rosbag2"), ("drive",)])
+def test_a_place_that_takes_no_file_is_told_before_the_world_is_opened(
+    plan: str, refseq: Refseq, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr("refseq_bench.scenarios.drives.record.open_bench", None)
+    answer = refseq(*words, plan, *LASER, "-o", "/proc/x/drive.mcap")
+    told = "error: /proc/x/drive.mcap: cannot be written: no write access to folder /proc\n"
+    assert (answer.code, answer.out, answer.err) == (2, "", told)
