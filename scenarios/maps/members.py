@@ -60,7 +60,7 @@ def _check_growth(merged: Path, whole: Map, members: Sequence[Map]) -> None:
 
 
 def _found(merged: Path, member: Member) -> Path:
-    path = Path(os.path.normpath(merged.parent / member.file))
+    path = Path(os.path.normpath(merged.resolve().parent / member.file))
     if not path.is_file():
         raise ScenarioError(
             f"{merged}: its member {path} is not there; valid is to put it back, or --keep-joins to add to the places "

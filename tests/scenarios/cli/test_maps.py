@@ -381,6 +381,20 @@ def test_a_member_that_is_missing_or_was_edited_is_told(refseq: Refseq, maps: Pa
     assert content(out) == content(maps / "atlas.refseq")
 
 
+def test_a_merged_map_that_is_named_through_a_link_finds_its_members(
+    refseq: Refseq, maps: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "kept").mkdir()
+    files = [tmp_path / "kept" / f"{name}.refseq" for name in ("west", "east", "whole")]
+    for file in files[:2]:
+        file.write_bytes((maps / file.name).read_bytes())
+    assert refseq("map", "merge", str(files[0]), "-o", str(files[2])).code == 0
+    link, out = tmp_path / "link.refseq", tmp_path / "out.refseq"
+    link.symlink_to(files[2])
+    assert refseq("map", "merge", str(link), str(files[1]), "-o", str(out)).code == 0
+    assert content(out) == content(maps / "atlas.refseq")
+
+
 def test_the_same_drive_twice_is_joined_whole(refseq: Refseq, here: Path) -> None:
     (here / "again.refseq").write_bytes((here / "west.refseq").read_bytes())
     assert refseq("map", "merge", "west.refseq", "again.refseq", "-o", "both.refseq").code == 0
