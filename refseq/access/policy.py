@@ -64,6 +64,10 @@ class AccessPolicy:
         """Tell whether only this machine reaches it."""
         return is_loopback(self.host)
 
+    def authority(self, port: int) -> str:
+        """Host and port as addresses have them: a number of IPv6 in brackets, as it has colons of its own."""
+        return f"[{self.host}]:{port}" if ":" in self.host else f"{self.host}:{port}"
+
     def reason_against(self, hosts: Sequence[str], origins: Sequence[str], given: Iterable[str]) -> str:
         """Why a request is not let in; empty: it is.
 

@@ -125,7 +125,7 @@ class PageProxy:
         return self._address(ticket)
 
     def _address(self, token: str) -> str:
-        return f"http://{self.policy.host}:{self.port}/?token={token}"
+        return f"http://{self.policy.authority(self.port)}/?token={token}"
 
     async def serve(self, listener: BoundedListener, ended: asyncio.Event) -> None:
         """Serve until the end is told."""

@@ -3,6 +3,7 @@
 Behaviours are robots' own words, such as ``MN:8``; a plan says where each begins, not how long it lasts.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -304,7 +305,8 @@ def _place(landmark: Landmark, way: MissionPath, landmarks: Landmarks) -> float:
             raise MissionError(f"{name} is at {where!r}; valid is metres along the way, '{START}' or '{END}'")
         return way.length if where == END else 0.0
     if not 0 <= where <= way.length:
-        raise MissionError(f"{name} is at {where:g} m; valid is 0 to {way.length:.1f} m, the way's length")
+        most = math.floor(10 * way.length) / 10  # rounded up it would not be valid
+        raise MissionError(f"{name} is at {where:g} m; valid is 0 to {most:.1f} m, the way's length")
     return float(where)
 
 

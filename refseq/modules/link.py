@@ -235,8 +235,7 @@ def _connected(zenoh: Any, policy: AccessPolicy, waits: Callable[[str], None]) -
 
 
 def _endpoint(policy: AccessPolicy) -> str:
-    host = f"[{policy.host}]" if ":" in policy.host else policy.host
-    return f"tcp/{host}:{policy.port}"
+    return f"tcp/{policy.authority(policy.port)}"
 
 
 def _config(zenoh: Any, policy: AccessPolicy, told: dict[str, Any]) -> Any:

@@ -236,7 +236,7 @@ def belief_in(data: bytes) -> NumberedBelief:
             None if told["beside"] is None else _pose_in(told["beside"]),
             float(told["odometer_scale"]),
         )
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RefseqError) as error:
+    except (ValueError, OverflowError, TypeError, KeyError, AttributeError, RecursionError, RefseqError) as error:
         raise MessageError(f"a message is no belief: {str(error)[:200]}") from error
     if places.ndim != 1 or not np.isfinite(places).all() or not 0 <= belief.best < len(places):
         raise MessageError(f"a belief of shape {places.shape} has its best place at {belief.best}")

@@ -12,7 +12,10 @@ from refseq.modules.link import AGAIN, Link, Publish
 from refseq.modules.messages import STEPS, Step, head_of
 
 TRIES = 10
-"""So often a module asks for what is kept: on a busy machine a new message may come before the older ones."""
+"""So often a module asks for what is kept, with nothing new among it.
+
+On a busy machine a new message may come before the older ones.
+"""
 
 
 class Role(StrEnum):
@@ -57,11 +60,13 @@ def run_module(link: Link, module: Module, told: Callable[[str], None]) -> None:
     answer = link.publisher(module.says) if module.says else None
     ear = _Ear(link, module)
     link.watch(partial(_tell, told, module.role))
-    for left in reversed(range(TRIES)):
+    tries = 0
+    while True:
         try:
             _follow(ear, module, answer)
         except MissingError:
-            if not left:
+            tries = 1 if ear.answered else tries + 1
+            if tries == TRIES:
                 raise
             time.sleep(AGAIN)
         else:
@@ -72,10 +77,14 @@ def run_module(link: Link, module: Module, told: Callable[[str], None]) -> None:
 
 
 class _Ear:
-    """All that a module hears, from what was kept on, until it is closed."""
+    """All that a module hears, from what was kept on, until it is closed.
+
+    ``answered`` is true once something of it was new to the module.
+    """
 
     def __init__(self, link: Link, module: Module) -> None:
         self.heard: queue.SimpleQueue[tuple[str, Parts]] = queue.SimpleQueue()
+        self.answered = False
         topics = dict.fromkeys((*module.hears, STEPS))
         self._ends = [link.subscribe(topic, partial(self._put, topic)) for topic in topics]
 
@@ -96,7 +105,9 @@ def _follow(ear: _Ear, module: Module, answer: Publish | None) -> None:
             topic, parts = ear.heard.get(timeout=1.0)  # so that Ctrl-C is heard
         except queue.Empty:
             continue
-        if topic in module.hears and (said := module.hear(topic, parts)) is not None and answer is not None:
+        said = module.hear(topic, parts) if topic in module.hears else None
+        ear.answered |= said is not None
+        if said is not None and answer is not None:
             answer(said)
         over = topic == STEPS and bool(head_of(Step, parts).over)
 

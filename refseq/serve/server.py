@@ -142,8 +142,7 @@ class BeliefServer:
     def address(self, server: Server) -> str:
         """The address to connect to."""
         port = next(iter(server.sockets)).getsockname()[1]
-        host = f"[{self._access.host}]" if ":" in self._access.host else self._access.host
-        return f"ws://{host}:{port}/{self._access.token}"
+        return f"ws://{self._access.authority(port)}/{self._access.token}"
 
     def _checked(self, connection: ServerConnection, request: Request) -> Response | None:
         """Refuse a request that may not come in, before it is a connection."""

@@ -82,6 +82,7 @@ class RobotSession:
         self._stream: ViewStream | None = None
         self._notes: list[str] = []
         self._losses: set[str] = set()
+        self._silent: tuple[str, ...] = ()
         self._passed_over: set[int] = set()
         self._last = math.inf
         self.views = 0
@@ -163,11 +164,15 @@ class RobotSession:
         self._tell_once(losses)
 
     def _tell_of_clocks(self, stream: ViewStream) -> None:
-        """Note sensors that are not waited for, each silence once, and clocks that stand still."""
-        self._tell_once(
+        """Note sensors that are not waited for, each silence once and its end, and clocks that stand still."""
+        self._notes += [
             f"topic {topic}: silent for {seconds:.0f} s; it is not waited for until it sends again"
             for topic, seconds in stream.silent.items()
-        )
+            if topic not in self._silent
+        ]
+        back = [topic for topic in self._silent if topic not in stream.silent]
+        self._notes += [f"topic {topic}: sends again, and is waited for" for topic in back]
+        self._silent = tuple(stream.silent)
         self._tell_once(
             f"topic {topic}: {STANDSTILL} messages in a row have the stamp {stamp:.3f} s; valid is one a stamp"
             for topic, stamp in stream.standing.items()
@@ -191,6 +196,7 @@ class RobotSession:
         self._localiser.reset()
         self._stream, self._last, self.views = None, math.inf, 0
         self._losses.clear()
+        self._silent = ()
 
     def told(self) -> list[str]:
         """Notes since the last call."""

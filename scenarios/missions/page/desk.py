@@ -16,7 +16,14 @@ from refseq.access.proxy import ProxiedPage, proxied
 from refseq.map.map import Map
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.missions.page.maps import MapShelf, drawn_map, place_points
-from refseq_bench.scenarios.missions.page.request import MissionRequest, PlannedMission, drawn_plan, planned, steps_of
+from refseq_bench.scenarios.missions.page.request import (
+    MissionRequest,
+    PlannedMission,
+    behaviours_offered,
+    drawn_plan,
+    planned,
+    steps_of,
+)
 from refseq_bench.scenarios.missions.page.watch import WISHES, MissionWatch
 from refseq_bench.scenarios.missions.trip import MissionTrip, TripResult, run_trip, write_trip
 from refseq_bench.worlds.light import light_names
@@ -78,7 +85,7 @@ class MissionDesk:
         """Routes of the page."""
         routes = (
             *file_routes(__package__ or "", FILES, "mission.html"),
-            told("/maps", lambda _: {"maps": self._shelf.listed(), "lights": light_names()}, input_errors),
+            told("/maps", lambda _: self.maps(), input_errors),
             told("/map", self.map, input_errors),
             told("/state", self.news, input_errors),
             asked("/plan", self.plan, input_errors),
@@ -88,6 +95,10 @@ class MissionDesk:
             shown("/picture", self.picture),
         )
         return ProxiedPage(routes, lambda _: "/page")
+
+    def maps(self) -> dict[str, Any]:
+        """Names to choose from: maps, light, and behaviours."""
+        return {"maps": self._shelf.listed(), "lights": light_names(), "behaviours": behaviours_offered()}
 
     def map(self, query: Mapping[str, str]) -> dict[str, Any]:
         """A map to draw, by its name."""

@@ -1,20 +1,11 @@
 // The page of missions: choose a map, state a goal and tasks on it, start, watch.
 "use strict";
 
-const DO = {
-  LD: ["MN", "MA", "MT90", "MT180", "MT270", "MC"],
-  LI: ["MN", "MA", "MT90", "MT180", "MT270"],
-  LO: ["MN", "MA", "MT90", "MT180", "MT270"],
-  LA: ["MN", "MA", "MT90", "MT180", "MT270", "MW"],
-};
-const WORDS = {
-  "": "as learnt", MN: "carry on", MA: "straight by odometer", MT90: "turn 90° left", MT180: "turn about",
-  MT270: "turn 90° right", MC: "cross the door", MW: "follow the wall",
-};
 const PERIOD = 300; // between two questions for news [ms]
 const TAP = 8; // a touch that moves farther [px] drags the plan
 const REACH = 34; // a tap farther from a place [px] is at none
 
+let behaviours = {}; // what is done at each kind of landmark, [code, words] each
 let map = null, planned = null, chosen = null, steps = [], landmarks = {};
 let seen = { number: 0, log: 0, track: 0, views: 0 };
 let track = [], lost = [], running = false;
@@ -185,9 +176,9 @@ async function loadMap() {
   map = await ask(`map?name=${encodeURIComponent(at("map").value)}`);
   steps = []; landmarks = {}; planned = null;
   const views = map.paths.flatMap((path) => path.places.map((_, view) => `${path.name}:${view}`));
-  for (const [id, first] of [["start", `${map.paths[0].name}:0`], ["goal", views[map.paths[0].places.length - 1]]]) {
-    at(id).replaceChildren(...views.map((name) => make("option", { textContent: name })));
-    at(id).value = first;
+  // With both ends unnamed the way is the whole path; between its ends by name the shortest leaves out a round.
+  for (const [id, unnamed] of [["start", "the path's start"], ["goal", "the path's end"]]) {
+    at(id).replaceChildren(make("option", { value: "", textContent: unnamed }), ...views.map((name) => make("option", { textContent: name })));
   }
   const { notes, ...others } = map.told;
   const long = map.paths.map((path) => `${path.name} ${path.length.toFixed(0)} m`).join(", ");
@@ -203,7 +194,8 @@ async function loadMap() {
 function addPlace(along) {
   let n = 1;
   while (`LA${n}` in landmarks) n += 1;
-  landmarks[`LA${n}`] = Math.round(along * 100) / 100;
+  // The last place's metres are rounded, and may be more than the way has.
+  landmarks[`LA${n}`] = along === planned?.way.along.at(-1) ? "end" : along;
   steps.push({ at: `LA${n}` });
   showSteps();
   replan();
@@ -263,10 +255,10 @@ function showSteps() {
     const remove = () => { steps.splice(n, 1); delete landmarks[step.at]; changed(); };
     const up = () => { steps.splice(n - 1, 2, steps[n], steps[n - 1]); changed(); };
     const what = make("select", { "aria-label": "behaviour", onchange: (event) => { step.do = event.target.value; replan(); } },
-      ...["", ...DO[step.at.slice(0, 2)]].map((code) => make("option", { value: code, textContent: WORDS[code] })));
+      ...[["", "as learnt"], ...behaviours[step.at.slice(0, 2)]].map(([value, textContent]) => make("option", { value, textContent })));
     what.value = step.do || "";
     const place = step.at.startsWith("LA") || step.at.startsWith("LO")
-      ? [make("label", {}, "at [m] ", make("input", { type: "number", min: 0, step: "any", value: landmarks[step.at] ?? "",
+      ? [make("label", {}, "at [m] ", make("input", { type: "number", min: 0, step: "any", placeholder: "end", value: landmarks[step.at] ?? "",
         onchange: (event) => { landmarks[step.at] = event.target.value === "" ? "end" : event.target.valueAsNumber; replan(); } }))]
       : [];
     return make("li", {},
@@ -467,7 +459,8 @@ at("again").onclick = () => { setRunning(false); seen.number = 0; replan(); };
 addEventListener("resize", redrawSizes);
 
 telling(async () => {
-  const { maps, lights } = await ask("maps");
+  const { maps, lights, ...told } = await ask("maps");
+  behaviours = told.behaviours;
   at("map").replaceChildren(...maps.map(({ name }) => make("option", { textContent: name })));
   at("lights").replaceChildren(...lights.map((light) => make("option", { value: light })));
   setUpLayers();

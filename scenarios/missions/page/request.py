@@ -7,7 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from refseq.errors import MapError
 from refseq.map.map import Map
-from refseq.missions import Plan, as_learnt, parse_mission
+from refseq.missions import ADMITTED, BehaviourCode, Label, Plan, as_learnt, parse_mission
+from refseq.missions.language import TURNS
 from refseq_bench import robots
 from refseq_bench.scenarios.drives.route import plan_of
 from refseq_bench.scenarios.errors import ScenarioError
@@ -17,6 +18,17 @@ from refseq_bench.scenarios.missions.way import way_between
 from refseq_bench.worlds.light import light_named
 
 MOST_STEPS = 200
+WORDS = {
+    "MN": "carry on",
+    "MA": "straight by odometer",
+    "MT90": "turn 90° left",
+    "MT180": "turn about",
+    "MT270": "turn 90° right",
+    "MO": "turn to the nearest thing",
+    "MC": "cross the door",
+    "MW": "follow the wall",
+}
+"""Behaviours of a mission string, as the page calls them."""
 
 
 class _Part(BaseModel):
@@ -102,6 +114,13 @@ def steps_of(text: str) -> list[dict[str, str]]:
     """A mission string as steps of a file. Raises ``MissionError``."""
     steps = parse_mission(text).steps
     return [{"at": str(one.landmark), **({"do": str(one.action)} if one.action else {})} for one in steps]
+
+
+def behaviours_offered() -> dict[str, list[tuple[str, str]]]:
+    """Behaviours that are done at each kind of landmark, as a mission string has them and in words."""
+    turns = {code: TURNS if code is BehaviourCode.TURN else ("",) for code in BehaviourCode}
+    codes = {label: [f"{code}{turn}" for code in ADMITTED[label] for turn in turns[code]] for label in Label}
+    return {label: [(code, WORDS[code]) for code in codes[label]] for label in Label}
 
 
 def drawn_plan(found: PlannedMission, points: Any) -> dict[str, Any]:

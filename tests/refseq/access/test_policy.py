@@ -23,6 +23,19 @@ def test_a_token_is_drawn_where_none_is_given() -> None:
     assert one.token != other.token
 
 
+@pytest.mark.parametrize(
+    ("host", "authority"),
+    [
+        ("127.0.0.1", "127.0.0.1:8765"),
+        ("robot.local", "robot.local:8765"),
+        ("::1", "[::1]:8765"),
+        ("fe80::1%eth0", "[fe80::1%eth0]:8765"),
+    ],
+)
+def test_an_address_has_a_number_of_ipv6_in_brackets(host: str, authority: str) -> None:
+    assert AccessPolicy(host, token=TOKEN).authority(8765) == authority
+
+
 @pytest.mark.parametrize("token", ["short", "with a space in it", "slash/slash/slash/", "ümläutümläutümläut"])
 def test_a_token_is_long_and_plain(token: str) -> None:
     with pytest.raises(RefseqError, match="valid are 16 or more, letters and digits"):

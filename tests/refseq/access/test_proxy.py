@@ -17,7 +17,7 @@ from aiohttp import ClientSession, CookieJar, WSMsgType, web
 from refseq.access import proxy as proxy_module
 from refseq.access.listener import BoundedListener, free_port, hidden_host, listening
 from refseq.access.policy import LOOPBACK, AccessPolicy, is_loopback
-from refseq.access.proxy import MOST_BODY, PageProxy, ProxiedPage, ProxyRoute, proxied
+from refseq.access.proxy import MOST_BODY, OwnAnswer, PageProxy, ProxiedPage, ProxyRoute, proxied
 from refseq.errors import RefseqError
 
 
@@ -90,6 +90,22 @@ def cookie(page: PageProxy) -> str:
     assert page.policy.token not in told
     (line,) = [line for line in told.splitlines() if line.startswith("Set-Cookie: ")]
     return line.removeprefix("Set-Cookie: ").partition(";")[0]
+
+
+@pytest.mark.parametrize("host", [LOOPBACK, "::1", "localhost"])
+def test_the_address_can_be_opened_as_it_is_told(host: str) -> None:
+    with proxied(ProxiedPage((ProxyRoute("/", welcomed),)), AccessPolicy(host)) as running:
+        assert asyncio.run(opened(running.address)) == "welcome"
+
+
+async def welcomed(request: web.BaseRequest, body: bytes) -> OwnAnswer:
+    return OwnAnswer(b"welcome", "text/plain")
+
+
+async def opened(address: str) -> str:
+    """The page at an address, past the one that sets the cookie."""
+    async with ClientSession(cookie_jar=CookieJar(unsafe=True)) as client, client.get(address) as answer:
+        return await answer.text()
 
 
 def test_the_address_leads_to_the_page_and_no_other_page_may_read_it(page: PageProxy, cookie: str) -> None:

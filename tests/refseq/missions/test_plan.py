@@ -225,6 +225,14 @@ def test_what_cannot_be_is_told(text: str, told: str) -> None:
     assert str(caught.value) == f"mission {text}, {told}"
 
 
+def test_the_length_that_is_told_to_be_valid_is() -> None:
+    """Not rounded up: 26 m of 25.996 m were told to be behind 26.0 m."""
+    of = way(25.996, spacing=25.996 / 30)
+    with pytest.raises(MissionError, match=r"LA1 is at 26 m; valid is 0 to 25\.9 m, the way's length"):
+        compiled(parse_mission("[LA1]"), of, Landmarks({"LA1": 26.0}))
+    assert compiled(parse_mission("[LA1]"), of, Landmarks({"LA1": 25.9})).goal == 25.9
+
+
 def test_a_recorded_turn_or_crossing_that_is_left_out_leaves_the_way() -> None:
     crossing = way(20.0, told={0: "MN:8", 8: "MC:left", 11: "MN:9"}, doors=(door(9.5),))
     for text, of in (("[LDMN_LA3]", crossing), ("[LA1MN_LA3]", WAY), ("[LA1MT90_LA3]", WAY), ("[LA1MT180_LA3]", WAY)):

@@ -185,6 +185,8 @@ def test_a_method_without_lost_places_has_none(told: dict[str, Any]) -> None:
     [
         {"view": "x"},
         {"view": None},
+        {"view": math.inf},
+        {"path": [0, -math.inf]},
         {"places": "0.1"},
         {"places": [[0.5, 0.5]], "best": 0},
         {"places": [0.5, float("nan")], "best": 0},

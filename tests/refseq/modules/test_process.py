@@ -137,12 +137,14 @@ def test_a_step_that_is_none_ends_it(link: LocalLink, hears: str) -> None:
 class InOrder(Counting):
     """A module that takes steps from the first on, each once, and misses those before one that comes."""
 
-    def hear(self, topic: str, parts: Parts) -> None:
+    def hear(self, topic: str, parts: Parts) -> Parts | None:
         number = head_of(Step, parts).number
         if number > len(self.heard):
             raise MissingError(f"step {len(self.heard)} is missing: {number} came")
-        if number == len(self.heard):
-            self.heard.append((topic, parts))
+        if number < len(self.heard):
+            return None
+        self.heard.append((topic, parts))
+        return [("number", str(number).encode())]
 
 
 class Hasty(LocalLink):
@@ -168,6 +170,38 @@ def test_a_step_that_comes_before_older_ones_makes_it_ask_again(asked: int, monk
     keep(link, STEPS, *drive)
     run_module(link, module, pytest.fail)
     assert [parts for _, parts in module.heard] == drive
+
+
+class Leaking(LocalLink):
+    """A link that loses a message each time that it is asked, behind one that had not come before."""
+
+    asked = 0
+
+    def subscribe(self, topic: str, take: Callable[[Parts], None]) -> Callable[[], None]:
+        self.asked += 1
+        *older, last = self.kept[topic]
+        for parts in [*older[: self.asked], *older[self.asked + 1 :], last]:
+            take(parts)
+        return lambda: None
+
+
+def test_gaps_that_are_mended_one_after_the_other_do_not_end_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("refseq.modules.process.AGAIN", 0.0)
+    link, module = Leaking(), InOrder(STEPS)
+    drive = [*map(step, range(3 * TRIES)), step(3 * TRIES, over="completed")]
+    keep(link, STEPS, *drive)
+    run_module(link, module, pytest.fail)
+    assert [parts for _, parts in module.heard] == drive
+    assert link.asked > 2 * TRIES
+
+
+def test_what_came_in_between_is_kept_no_more_and_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that it has taken are heard again with each asking, and mend nothing."""
+    monkeypatch.setattr("refseq.modules.process.AGAIN", 0.0)
+    link, module = LocalLink(), InOrder(STEPS)
+    keep(link, STEPS, step(0), step(1), step(3), step(4, over="completed"))
+    with pytest.raises(MissingError, match="step 2 is missing: 3 came"):
+        run_module(link, module, pytest.fail)
 
 
 def test_steps_that_nobody_has_any_more_end_it(monkeypatch: pytest.MonkeyPatch) -> None:

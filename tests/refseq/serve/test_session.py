@@ -118,6 +118,21 @@ def test_a_camera_that_stops_and_a_clock_that_stands_still_are_told_once(map_: M
     assert standing.startswith(f"topic {messages[-1].topic}: 5 messages in a row have the stamp 110.000 s; ")
 
 
+def test_each_silence_of_a_camera_is_told_and_its_end(map_: Map, tmp_path: Path) -> None:
+    """Not the first alone, though both are told when they have lasted as long."""
+    with RecordingWriter(tmp_path / "query.mcap", {}) as writer:
+        for number, view in enumerate(corridor_drive(np.random.default_rng(1), 40, size=120)):
+            out = 10 <= number < 18 or 25 <= number < 33
+            images = {name: image for name, image in view.images.items() if not (out and name == "lateral")}
+            writer.write(replace(view, time=view.time + 100, images=images), view.truth)
+    session, messages = RobotSession(map_, EACH), in_log(tmp_path / "query.mcap")
+    numbers = told_of(session, messages)
+    list(answered(session, numbers, messages))
+    camera = next(one.topic for one in messages if "lateral" in one.topic)
+    gone = f"topic {camera}: silent for 10 s; it is not waited for until it sends again"
+    assert session.told()[1:] == 2 * [gone, f"topic {camera}: sends again, and is waited for"]
+
+
 def test_a_clock_that_goes_back_begins_a_drive_that_knows_nothing_of_the_last(
     map_: Map, log: Path, true: list[Belief]
 ) -> None:

@@ -5,17 +5,24 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
+from refseq.access.policy import AccessPolicy
+from refseq.access.proxy import proxied
 from refseq.map.learning import learn
 from refseq.map.profile import BEST
 from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.drives.record import record
+from refseq_bench.scenarios.missions.page.desk import MissionDesk
+from refseq_bench.scenarios.missions.page.maps import MapShelf
 from refseq_bench.sim.rendering.renderer import RendererKind
+from tests.support import corridor_drive
 
 BY_LASER = Drive(world="offices", renderer=RendererKind.NONE, behaviours=("MN:14",))
 PATIENCE = 120_000.0
@@ -149,3 +156,46 @@ def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page, served: Served)
     press(tab, "#abort")
     tab.wait_for_selector("#status:text-is('not completed')")
     assert tab.inner_text("#doing").startswith("aborted: somebody asked for it")
+
+
+@pytest.fixture
+def ring(browser: Browser, tmp_path: Path) -> Iterator[Page]:
+    """The page of a path whose last two places are its first two again; its 19.0057 m are more when rounded."""
+    drive = corridor_drive(np.random.default_rng(3), 20, spacing=1.0003)
+    map_ = learn(drive, sensors=["laser"], features=["walls"], name="ring")
+    path = replace(map_.paths[0], loops=np.array([[0, 18], [1, 19]]))
+    replace(map_, paths=(path,)).save(tmp_path / "ring.refseq")
+    desk = MissionDesk(MapShelf(tmp_path / "ring.refseq"), None, lambda line: None)
+    with proxied(desk.page(), AccessPolicy()) as page:
+        tab = browser.new_page()
+        tab.set_default_timeout(PATIENCE / 4)
+        tab.goto(page.address)
+        tab.wait_for_selector("#orders li")
+        yield tab
+        tab.close()
+
+
+@pytest.mark.slow
+def test_where_no_end_is_chosen_a_closed_path_is_driven_all_round(ring: Page) -> None:
+    assert ring.inner_text("#told") == "The way as it was learnt, 19.0 m"
+    ring.select_option("#goal", "ring:9")
+    ring.wait_for_function("document.querySelector('#told').textContent === 'The way as it was learnt, 9.0 m'")
+    ring.select_option("#goal", label="the path's end")
+    ring.wait_for_function("document.querySelector('#told').textContent === 'The way as it was learnt, 19.0 m'")
+
+
+@pytest.mark.slow
+def test_a_step_at_the_last_place_is_on_the_way(ring: Page) -> None:
+    press(ring, "#place")
+    ring.wait_for_function("document.querySelector('#told').textContent.startsWith('[LA1] ')")
+    assert ring.inner_text("#told") == "[LA1] over 19.0 of 19.0 m"
+    assert ring.input_value("#steps input[type=number]") == ""
+    assert ring.get_attribute("#steps input[type=number]", "placeholder") == "end"
+
+
+@pytest.mark.slow
+def test_a_behaviour_that_is_typed_is_the_step_s(ring: Page) -> None:
+    ring.fill("#text", "[LO2MO]")
+    ring.press("#text", "Enter")
+    ring.wait_for_selector("#steps select")
+    assert ring.input_value("#steps select") == "MO"

@@ -14,7 +14,7 @@ from refseq.errors import RefseqError
 from refseq.map.learning import learn
 from refseq.map.map import Map
 from refseq.map.profile import BEST
-from refseq.missions import Status
+from refseq.missions import ADMITTED, Label, Status, parse_mission
 from refseq.planar import Pose
 from refseq.view import Scan, View
 from refseq_bench import worlds
@@ -103,6 +103,15 @@ def test_a_string_is_steps_and_steps_are_a_string(folder: Path) -> None:
     request = MissionRequest.read(asked(steps=steps_of("[LD_LA1]"), landmarks={"LA1": 5.5}))
     found = planned(request, map_)
     assert (found.text, found.plan.goal) == ("[LD_LA1]", 5.5)
+
+
+def test_the_page_is_told_all_behaviours_of_the_language(desk: MissionDesk) -> None:
+    offered = desk.maps()["behaviours"]
+    assert set(offered) == set(Label)
+    for label, behaviours in offered.items():
+        assert all(words for _, words in behaviours)
+        codes = [parse_mission(f"[{label}{'' if label is Label.DOOR else 1}{code}]").steps[0] for code, _ in behaviours]
+        assert list(dict.fromkeys(step.action.behaviour for step in codes if step.action)) == list(ADMITTED[label])
 
 
 def test_a_mission_is_run_watched_and_left(desk: MissionDesk, tmp_path: Path) -> None:
