@@ -16,7 +16,9 @@ from playwright.sync_api import Browser, Page
 from refseq.access.policy import AccessPolicy
 from refseq.access.proxy import proxied
 from refseq.map.learning import learn
+from refseq.map.map import Map
 from refseq.map.profile import BEST
+from refseq.missions.path import path_along
 from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.drives.record import record
 from refseq_bench.scenarios.missions.page.desk import MissionDesk
@@ -133,10 +135,11 @@ def test_on_a_map_of_a_world_of_one_s_own_nothing_can_be_started(tab: Page) -> N
 
 @pytest.mark.slow
 def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page, served: Served) -> None:
-    tab.fill("#text", "[LD_LD_LD_LD_LD]")
+    doors = len(path_along(Map.load(served.folder / "offices.refseq")).doors)
+    tab.fill("#text", f"[{'_'.join(['LD'] * (doors + 2))}]")
     tab.press("#text", "Enter")
     tab.wait_for_selector("#mistake:not([hidden])")
-    assert "step 3: no door behind" in tab.inner_text("#mistake")
+    assert f"step {doors + 1}: no door behind" in tab.inner_text("#mistake")
     assert tab.is_disabled("#go")
     tab.fill("#text", "[LD_LDMC]")
     tab.press("#text", "Enter")
