@@ -55,7 +55,7 @@ _KINDS = {
 
 
 def followed(path: Path) -> Path:
-    """Where what is written to ``path`` is to lie: there, or where a symbolic link leads to, be something there or not.
+    """The place of what is written to ``path``: there, or where a symbolic link leads to, be something there or not.
 
     Raises ``OSError`` for links that lead in a circle, and for one that another user has laid in a folder for all, as
     /tmp is: it may lead to a file of ours.

@@ -84,3 +84,24 @@ def noted_damage(metadata: Mapping[str, str]) -> str:
     if metadata.get(COMPLETE) != "False":
         return ""
     return ", ".join(filter(None, (metadata.get(CAUSE), metadata.get(ENDED)))) or "ended before its time"
+
+
+class CuttableLog(ABC):
+    """A log that may have been cut off, ``_cut`` says where, or be of a drive that ended before its time."""
+
+    _cut: str
+
+    @property
+    @abstractmethod
+    def metadata(self) -> Mapping[str, str]:
+        """Notes of whoever wrote it."""
+
+    @property
+    def complete(self) -> bool:
+        """False for a log that was cut off or is damaged, and for a drive that ended before its time."""
+        return not self.damage
+
+    @property
+    def damage(self) -> str:
+        """The reason why it is not complete; empty where it is."""
+        return noted_damage(self.metadata) or self._cut

@@ -9,7 +9,7 @@ from refseq.errors import LogError
 from refseq.logs.carmen.layouts import LASERS, POSES, SCANS, LaserLine, reach_told, read_laser, read_poses
 from refseq.logs.carmen.line import CarmenLine, lines_in
 from refseq.logs.carmen.text import CutOffError
-from refseq.logs.closing import noted_damage
+from refseq.logs.closing import CuttableLog
 from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose, in_world, relative_pose
 from refseq.view import LASER
@@ -54,7 +54,7 @@ class _State:
         return Pose(x, y, truth.heading + moved.heading)
 
 
-class CarmenSource:
+class CarmenSource(CuttableLog):
     """A laser's scans of a CARMEN log, each a moment of its own with the poses in or before its line.
 
     The truth is TRUEPOS, carried on by the odometer, where the log has such lines; else the pose that the log itself
@@ -69,7 +69,6 @@ class CarmenSource:
         self.path = path
         self._cut = ""
         self._counts: Counter[str] = Counter()
-        self.metadata: Mapping[str, str] = {}
         told: dict[str, str] = {}
         for line in self._readable():
             self._counts[line.kind] += 1
@@ -79,7 +78,7 @@ class CarmenSource:
                 if len(line.fields) < 3:
                     raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
                 told[line.fields[1]] = line.fields[2]
-        self.metadata = told
+        self._told = told
         self._kinds = next((kinds for kinds in LASERS if any(self._counts[kind] for kind in kinds)), ())
         self._reach = reach_told(told)
         if not self._scans:
@@ -88,14 +87,9 @@ class CarmenSource:
             raise LogError(f"{path}: {why}; valid are {', '.join(SCANS)}")
 
     @property
-    def complete(self) -> bool:
-        """False for a log that was cut off, and for one made of a drive that ended before its time."""
-        return not self.damage
-
-    @property
-    def damage(self) -> str:
-        """The reason why it is not complete; empty where it is."""
-        return noted_damage(self.metadata) or self._cut
+    def metadata(self) -> Mapping[str, str]:
+        """Values of its PARAM lines."""
+        return self._told
 
     def _readable(self) -> Iterator[CarmenLine]:
         """The lines up to where the log is cut off."""

@@ -1,4 +1,4 @@
-"""What a view holds as Foxglove's messages, ready to be logged or sent."""
+"""Foxglove's messages of what a view holds, ready to be logged or sent."""
 
 import math
 

@@ -8,7 +8,7 @@ from mcap.exceptions import McapError
 from mcap.records import Footer
 
 from refseq.errors import LogError
-from refseq.logs.closing import noted_damage
+from refseq.logs.closing import CuttableLog
 from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.decoding.video import VideoStream
 from refseq.logs.foxglove.index import McapIndex, index_of
@@ -18,7 +18,7 @@ from refseq.logs.foxglove.writer import METADATA_NAME, PROFILE
 from refseq.logs.source import EMPTY, Channel, Content, Role, Sample, seconds_of
 
 
-class FoxgloveSource:
+class FoxgloveSource(CuttableLog):
     """An MCAP file; channels whose schema is not Foxglove's are listed and not read."""
 
     kind = "a Foxglove MCAP file"
@@ -32,16 +32,6 @@ class FoxgloveSource:
         # Of a topic's channels the one that is read is the last, so that it is the one of tables by topic.
         found = _channels(self._index, self._decoder)
         self.channels = tuple(sorted(found, key=lambda one: (one.topic, one.role is not Role.IGNORED)))
-
-    @property
-    def complete(self) -> bool:
-        """False for a file that was cut off or is damaged, and for a drive that ended before its time."""
-        return not self.damage
-
-    @property
-    def damage(self) -> str:
-        """The reason why it is not complete; empty where it is."""
-        return noted_damage(self.metadata) or self._cut
 
     @property
     def metadata(self) -> Mapping[str, str]:

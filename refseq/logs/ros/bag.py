@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 
 from refseq.errors import LogError
-from refseq.logs.closing import noted_damage
+from refseq.logs.closing import CuttableLog
 from refseq.logs.ros.decoder import RosDecoder, Serialization
 from refseq.logs.ros.files import BagFiles, open_bag
 from refseq.logs.ros.storage import DamagedBagError, StoredMessage
@@ -18,7 +18,7 @@ VIEWS_KEY = "refseq_views"
 """Note in the metadata of a bag of ours: messages of one view have one log time. Its value: topic → camera's name."""
 
 
-class RosBag:
+class RosBag(CuttableLog):
     """A bag that is read from its files as often as it is asked, and never as a whole.
 
     Damage is told as soon as reading meets it.
@@ -55,16 +55,6 @@ class RosBag:
         if serialization not in tuple(Serialization):
             return Role.IGNORED
         return self._decoders[Serialization(serialization)].role(topic, kind, digest)
-
-    @property
-    def complete(self) -> bool:
-        """False for a bag that is cut off, or whose recorder was stopped before its end."""
-        return not self.damage
-
-    @property
-    def damage(self) -> str:
-        """The reason why it is not complete; empty where it is."""
-        return noted_damage(self.metadata) or self._cut
 
     @property
     def metadata(self) -> Mapping[str, str]:

@@ -54,7 +54,7 @@ class Hands:
 
 
 class Viewer:
-    """What the view asks of the viewer, over a wall ``wall`` metres along x and a robot that heads so [°].
+    """The ray that the view asks for, over a wall ``wall`` metres along x and a robot that heads so [°].
 
     A roof hangs ``roof`` metres high.
     """

@@ -90,7 +90,7 @@ def test_light_around_lies_between_that_of_the_nearest_places(share: float) -> N
 
 
 def places(geoms: str) -> np.ndarray:
-    """Where the light around what moves is known, (n, 2) [m]."""
+    """Places where the light around what moves is known, (n, 2) [m]."""
     model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{geoms}</worldbody></mujoco>")
     surfaces = surfaces_of(model, 0.4)
     return light_still(model, surfaces, partial(bake_lamps, model)).probes.points[:, :2]
