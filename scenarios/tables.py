@@ -6,6 +6,7 @@ from typing import Any
 from unicodedata import category
 
 from rich.box import SIMPLE
+from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.table import Column, Table
 from rich.text import Text
@@ -77,8 +78,8 @@ def _column(heading: str, wraps: Collection[str]) -> Column:
 
 def _least_width(cell: Text, column: Column) -> int:
     """The width under which something of a cell would be cut off or broken [characters]."""
-    parts = [cell] if column.no_wrap else cell.split(" ")
-    return max((part.cell_len for part in parts), default=0)
+    lines = cell.plain.split("\n") if column.no_wrap else cell.plain.split()
+    return max(map(cell_len, lines), default=0)
 
 
 def print_whole(console: Console, table: RenderableType) -> None:

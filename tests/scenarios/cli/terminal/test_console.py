@@ -50,6 +50,15 @@ def test_a_window_that_is_too_narrow_cuts_no_figure_and_no_word(width: int, monk
         assert told.split().count("unbreakable") == 4
 
 
+def test_a_heading_of_two_lines_is_as_wide_as_the_longer_one() -> None:
+    table = TextTable("method", ">within 1.5 m\nof 6, %", ">failed")
+    table.add_row("a", "50.0", "3")
+    console = WideConsole(file=io.StringIO())
+    console.print(table)
+    told = console.file.getvalue()  # type: ignore[attr-defined]
+    assert max(map(len, told.splitlines())) == len(" method  within 1.5 m  failed  ")
+
+
 def test_json_holds_no_sign_that_a_terminal_obeys(capsys: pytest.CaptureFixture[str]) -> None:
     value = {"topic\x7f": "a\x9b31m\x1b[0m é"}
     print_json(value)
