@@ -89,9 +89,14 @@ class Plan:
         return self.sought.errands if self.sought else ()
 
     @property
+    def photographs(self) -> bool:
+        """True where a task is to take a photograph."""
+        return any(isinstance(task, Photograph) for task in self.all_tasks)
+
+    @property
     def takes_pictures(self) -> bool:
         """True where a camera looks for a scene, or takes a photograph."""
-        return self.sought is not None or any(isinstance(task, Photograph) for task in self.all_tasks)
+        return self.sought is not None or self.photographs
 
     def end_of(self, number: int) -> float:
         """Place where the order after this one begins [m along the way]."""

@@ -30,7 +30,7 @@ from refseq_bench.scenarios.drives.inputs import (
     writing,
 )
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import TextTable, plural, print_whole, say
+from refseq_bench.scenarios.tables import TextTable, plural, say
 
 if TYPE_CHECKING:
     from refseq.logs import ViewPlan
@@ -71,7 +71,7 @@ def info(
         table = TextTable(*INFO_HEADINGS, title=head_line(one))
         for topic in one.topics:
             table.add_row(*info_row(topic))
-        print_whole(out, table)
+        out.print(table)
         for line in one.source.metadata.get(NOTES, "").splitlines():
             say(out, f"  {NOTES}: {line}")
         for key, value in sorted(one.source.metadata.items()):
@@ -147,7 +147,7 @@ def _print_check(found: "LogCheckup") -> None:
     table = TextTable(*TOPIC_HEADINGS, title=head_line(found.survey))
     for topic in found.survey.topics:
         table.add_row(*topic_row(topic, found.taken[topic.name]))
-    print_whole(out, table)
+    out.print(table)
     for fact in facts_of(found):
         say(out, f"{fact.about:<10} {fact.text}")
     for line in found.warnings:
@@ -186,7 +186,7 @@ def drift(
     table = TextTable(*DRIFT_HEADINGS)
     for path, one in found.items():
         table.add_row(*drift_row(path.name, one))
-    print_whole(out, table)
+    out.print(table)
 
 
 @app.command(
@@ -218,7 +218,7 @@ def laser(
     table = TextTable(*LASER_HEADINGS)
     for path, one in found.items():
         table.add_row(*laser_row(path.name, one))
-    print_whole(out, table)
+    out.print(table)
 
 
 @app.command(

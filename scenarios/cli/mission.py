@@ -150,10 +150,8 @@ def run(
         raise ScenarioError("--filmstrip is left in a folder; valid is to name one as well: --output")
     if output is not None:
         check_folder(output)
-    from refseq.missions.tasks import Photograph
-
     map_, _, compiled = compiled_mission(map_file, mission_text, start, goal, landmark, scenes)
-    if output is None and any(isinstance(task, Photograph) for task in compiled.all_tasks):
+    if output is None and compiled.photographs:
         raise ScenarioError("photographs are left in a folder; valid is to name one: --output")
 
     from refseq_bench.scenarios.missions.trip import MissionTrip, run_trip, write_trip

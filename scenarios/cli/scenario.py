@@ -27,7 +27,7 @@ from refseq_bench.scenarios.cli.terminal.outputs import DRAWING, output_file
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_folder, check_new, replacement, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import plural, print_whole, say
+from refseq_bench.scenarios.tables import plural, say
 from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def list_scenarios(
     if as_json:
         print_json([listed(cases) for cases in files])
     else:
-        print_whole(out, list_table(files))
+        out.print(list_table(files))
 
 
 @app.command(

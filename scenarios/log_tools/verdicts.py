@@ -245,7 +245,7 @@ def _commands(of: Prospect, task: str, split: int | None = None, more: str = "")
 
 
 def _typed(name: str) -> str:
-    """A file's name as a shell takes it; by the numbers of its bytes where some are not shown, as those of no UTF-8."""
+    """A file's name as a shell takes it; by the numbers of its bytes where a terminal would not show some."""
     if name.isprintable():
         return shlex.quote(name)
     plain = set(string.ascii_letters + string.digits + "/._- ")

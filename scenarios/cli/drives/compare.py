@@ -20,7 +20,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 )
 from refseq_bench.scenarios.cli.terminal.outputs import PAGE, TABLE, file_to_write, output_file
 from refseq_bench.scenarios.drives.inputs import check_output, words, writing
-from refseq_bench.scenarios.tables import plural, print_whole, say
+from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
     from refseq_bench.scenarios.scoring.comparison import Comparison
@@ -99,11 +99,11 @@ def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: 
         drives = len(same)
         views = len(found[0].wide.outcomes)
         title = f"{name}: {plural(drives, 'drive')}, {plural(views, 'view')}"
-        print_whole(out, figures_table(title, found))
+        out.print(figures_table(title, found))
         if lost := lost_table("off the map, and coming back", found):
-            print_whole(out, lost)
+            out.print(lost)
         if unscored := unscored_reason(same):
-            print_whole(out, consistency_table("method", [(one.method, one.consistency) for one in found]))
+            out.print(consistency_table("method", [(one.method, one.consistency) for one in found]))
             say(out, f"not scored: {unscored}")
             say(out, WITHOUT_TRUTH)
         elif estimates := truth_estimates(same):

@@ -149,7 +149,7 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
     """The table of the stages, with the number of views and 95 % intervals."""
     from refseq_bench.scenarios.scoring.tables.score_tables import consistency_table
     from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
-    from refseq_bench.scenarios.tables import NONE, TextTable, plural, print_whole
+    from refseq_bench.scenarios.tables import NONE, TextTable, plural
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
@@ -162,7 +162,7 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
         table.add_row(result.stage.value, *shares, failures, str(result.lost))
     out.print(table)
     if unscored := unscored_reason(comparisons):
-        print_whole(out, consistency_table("stage", [(one.stage.value, one.consistency) for one in found]))
+        out.print(consistency_table("stage", [(one.stage.value, one.consistency) for one in found]))
         say(out, f"not scored: {unscored}")
         say(out, WITHOUT_TRUTH)
     elif estimates := truth_estimates(comparisons):

@@ -249,6 +249,14 @@ function showOrders() {
   }
 }
 
+// A name that no photograph of the mission has: two of one name are refused.
+function freeName(wanted) {
+  const taken = new Set(steps.flatMap((step) => (step.tasks || []).map((task) => task.photograph)));
+  let name = wanted;
+  for (let k = 2; taken.has(name); k += 1) name = `${wanted} ${k}`;
+  return name;
+}
+
 function showSteps() {
   at("steps").replaceChildren(...steps.map((step, n) => {
     const changed = () => { showSteps(); replan(); };
@@ -273,7 +281,7 @@ function showSteps() {
           textContent: `${task.photograph ? `photograph “${task.photograph}”` : `wait ${task.wait} s`} ✕`,
           onclick: () => { step.tasks.splice(k, 1); changed(); } })),
         make("button", { textContent: "+ photograph", onclick: () => {
-          (step.tasks ||= []).push({ photograph: `step ${n + 1}${step.tasks.length ? ` ${step.tasks.length + 1}` : ""}` }); changed(); } }),
+          (step.tasks ||= []).push({ photograph: freeName(`step ${n + 1}`) }); changed(); } }),
         make("button", { textContent: "+ wait 5 s", onclick: () => { (step.tasks ||= []).push({ wait: 5 }); changed(); } })));
   }));
 }

@@ -161,6 +161,20 @@ def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page, served: Served)
     assert tab.inner_text("#doing").startswith("aborted: somebody asked for it")
 
 
+@pytest.mark.slow
+def test_photographs_have_names_of_their_own_when_steps_have_changed_places(tab: Page) -> None:
+    tab.fill("#text", "[LD_LD]")
+    tab.press("#text", "Enter")
+    tab.wait_for_selector("text=↑")
+    photograph = tab.locator("button", has_text="+ photograph")
+    photograph.nth(1).click()  # of the second step, which then becomes the first
+    tab.locator("button", has_text="↑").click()
+    photograph.nth(1).click()
+    names = tab.locator("button", has_text="photograph “").all_inner_texts()
+    assert names == ["photograph “step 2” ✕", "photograph “step 2 2” ✕"]
+    assert tab.is_hidden("#mistake")
+
+
 @pytest.fixture
 def ring(browser: Browser, tmp_path: Path) -> Iterator[Page]:
     """The page of a path whose last two places are its first two again; its 19.0057 m are more when rounded."""
