@@ -17,7 +17,7 @@ from refseq.belief import Belief, PoseBeside, Timings, pose_beside
 from refseq.errors import LogError, RefseqError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.logs.decoding.picture import CompressedPicture
-from refseq.logs.foxglove.outgoing import picture_message, scan_message
+from refseq.logs.foxglove.outgoing import picture_message, scan_message, stamp_message
 from refseq.modules.heads import MessageError, Parts, head_bytes, read_head
 from refseq.serve.channels import robot_channel
 from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
@@ -168,7 +168,7 @@ def sent_scan(scan: Scan | None, time: float) -> SentScan:
     if scan is None or not len(scan.ranges):
         return SentScan()
     scan = facing(scan)
-    message = scan_message(scan, time)
+    message = scan_message(scan, stamp_message(time))
     return SentScan(ScanGeometry(scan.start, scan.step, scan.max_range), ((LASER, message.encode()),))
 
 
@@ -190,9 +190,9 @@ def view_parts(drive: str, number: int, view: View) -> Parts:
     """A view as a message; its truth stays with the robot."""
     scan = sent_scan(view.scan, view.time)
     head = ViewHead(drive, number, view.time, view.distance, view.turn, view.has_odometry, scan.geometry)
-    parts = [(HEAD, head_bytes(head))]
+    parts, stamp = [(HEAD, head_bytes(head))], stamp_message(view.time)
     for name, image in view.images.items():
-        parts.append((CAMERA + name, picture_message(name, image, view.time).encode()))
+        parts.append((CAMERA + name, picture_message(name, image, stamp).encode()))
     return [*parts, *scan.parts]
 
 

@@ -31,17 +31,17 @@ def stamp_message(time: float) -> messages.Timestamp:
     return messages.Timestamp(sec=seconds, nsec=rest)
 
 
-def picture_message(camera: str, image: NDArray[np.uint8], time: float) -> messages.CompressedImage:
-    """A picture taken at a time [s], as PNG: without loss."""
+def picture_message(camera: str, image: NDArray[np.uint8], stamp: messages.Timestamp) -> messages.CompressedImage:
+    """A picture as PNG: without loss."""
     data = cv2.imencode(".png", image, FAST_PNG)[1].tobytes()
-    return messages.CompressedImage(timestamp=stamp_message(time), frame_id=camera, data=data, format="png")
+    return messages.CompressedImage(timestamp=stamp, frame_id=camera, data=data, format="png")
 
 
-def scan_message(scan: Scan, time: float) -> messages.LaserScan:
-    """A scan taken at a time [s], at least one beam; Foxglove's has no range of the laser."""
+def scan_message(scan: Scan, stamp: messages.Timestamp) -> messages.LaserScan:
+    """A scan of at least one beam; Foxglove's has no range of the laser."""
     bearings = scan.bearings
     return messages.LaserScan(
-        timestamp=stamp_message(time),
+        timestamp=stamp,
         frame_id=LASER,
         start_angle=float(bearings[0]),
         end_angle=float(bearings[-1]),

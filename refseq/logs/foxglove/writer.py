@@ -100,9 +100,9 @@ class RecordingWriter(ClosedAtExit):
             channel = self._images.get(camera)
             if channel is None:
                 channel = self._images[camera] = CompressedImageChannel(f"/{camera}", context=self._context)
-            channel.log(picture_message(camera, image, view.time), log_time=nanoseconds)
+            channel.log(picture_message(camera, image, stamp), log_time=nanoseconds)
         if view.scan is not None:
-            self._laser.log(scan_message(view.scan, view.time), log_time=nanoseconds)
+            self._laser.log(scan_message(view.scan, stamp), log_time=nanoseconds)
         if view.truth is not None:
             truth = messages.PoseInFrame(timestamp=stamp, frame_id="world", pose=pose_message(view.truth))
             self._truth.log(truth, log_time=nanoseconds)
