@@ -185,4 +185,6 @@ class _Port:
 
 def _millimetres(ranges: np.ndarray) -> list[int]:
     """Return sonar readings as the line carries them."""
-    return [min(max(bounded(1000 * r), 0), NO_ECHO) if np.isfinite(r) else NO_ECHO for r in ranges.tolist()]
+    nearest = np.rint(np.where(np.isfinite(ranges), 1000 * ranges, NO_ECHO)).clip(0, NO_ECHO)
+    told: list[int] = nearest.astype(int).tolist()
+    return told

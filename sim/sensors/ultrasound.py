@@ -202,15 +202,12 @@ _DIGITS = np.array([128**2, 128, 1])
 
 
 def mirror_points(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Where flat faces mirror sound straight back: whose point, in order (points,), and the way to it (points, 3) [m].
+    """Where flat faces mirror sound straight back: whose point (points,), and the way to it (points, 3) [m].
 
     These are the feet of perpendiculars, and the nearest points of corners.
     """
     corner_of, corners = _corners(faces)
-    owner = np.concatenate([faces.ranger, corner_of])
-    ways = np.concatenate([-faces.height[:, None] * faces.normal, corners])
-    order = owner.argsort(kind="stable")
-    return owner[order], ways[order]
+    return np.concatenate([faces.ranger, corner_of]), np.concatenate([-faces.height[:, None] * faces.normal, corners])
 
 
 def _corners(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
@@ -219,7 +216,8 @@ def _corners(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     before = faces.point @ faces.normal.T + faces.height > 0  # whether a face's point lies before another's plane
     same = faces.ranger[:, None] == faces.ranger
     one, other = np.nonzero(same & (np.abs(cosine) < RIGHT_ANGLE) & before & before.T)
-    one, other = one[one < other], other[one < other]
+    once = one < other
+    one, other = one[once], other[once]
     c = cosine[one, other]
     by_one, by_other = faces.height[one] - c * faces.height[other], faces.height[other] - c * faces.height[one]
     ways = by_one[:, None] * faces.normal[one] + by_other[:, None] * faces.normal[other]
