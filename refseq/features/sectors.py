@@ -75,4 +75,10 @@ def sector_ranges(scan: Scan, sectors: int, shift: float = 0.0) -> NDArray[np.fl
     ahead = np.abs(scan.bearings) <= np.pi / 2 + abs(scan.step) / 2
     index = np.floor((scan.bearings[ahead] + np.pi / 2) / np.pi * sectors + shift).astype(int).clip(0, sectors)
     ranges = scan.ranges[ahead].astype(np.float64)
-    return np.array([np.median(ranges[index == i]) if (index == i).any() else np.inf for i in range(sectors + 1)])
+    ranges = ranges[np.lexsort((ranges, index))]  # sector by sector, each from the nearest on
+    count = np.bincount(index, minlength=sectors + 1)
+    first, medians = np.cumsum(count) - count, np.full(sectors + 1, np.inf)
+    (seen,) = count.nonzero()
+    first, count = first[seen], count[seen]
+    medians[seen] = (ranges[first + (count - 1) // 2] + ranges[first + count // 2]) / 2
+    return medians
