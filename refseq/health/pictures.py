@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -44,7 +45,7 @@ class PictureWatch:
 
     def __init__(self) -> None:
         self._last: NDArray[np.uint8] | None = None
-        self._small: NDArray[np.float32] | None = None
+        self._levelled: LevelledPicture | None = None
         self._way = 0.0
 
     def update(self, image: NDArray[np.uint8], way: float) -> PictureRatios:
@@ -53,22 +54,34 @@ class PictureWatch:
             return UNTOLD
         small = cv2.resize(image, SIZE, interpolation=cv2.INTER_AREA).astype(np.float32)
         blank = gaussian(math.log(max(float(small.std()), 0.1)), BLANK, SHOWING)
-        last, before = self._last, self._small
-        self._last, self._small = image, small
+        last, before = self._last, self._levelled
+        after = levelled(small)
+        self._last, self._levelled = image, after
         if last is not None and np.array_equal(last, image):
             self._way += way
             return PictureRatios(bounded(blank), bounded(self._way / REPEAT), 0.0)
         self._way = 0.0
-        moved = 0.0 if before is None else gaussian(math.log(max(change(before, small), 0.05)), MOVED, STANDING)
+        moved = 0.0 if before is None else gaussian(math.log(max(change(before, after), 0.05)), MOVED, STANDING)
         return PictureRatios(bounded(blank), bounded(-math.inf), bounded(moved))
 
 
-def change(before: NDArray[np.float32], after: NDArray[np.float32]) -> float:
+class LevelledPicture(NamedTuple):
+    """A picture's ``pixels`` (n,) less their median, and their ``spread``, the median magnitude [grey levels]."""
+
+    pixels: NDArray[np.float32]
+    spread: float
+
+
+def levelled(picture: NDArray[np.float32]) -> LevelledPicture:
+    """A picture ready to be compared with others."""
+    pixels = (picture - np.median(picture)).ravel()
+    return LevelledPicture(pixels, float(np.median(np.abs(pixels))))
+
+
+def change(before: LevelledPicture, after: LevelledPicture) -> float:
     """Median change of a pixel [grey levels], but for a gain and an offset that all share.
 
     So neither a lamp that is switched on nor somebody who walks past a standing robot changes the whole picture.
     """
-    x, y = (part.ravel() - np.median(part) for part in (before, after))
-    spread = float(np.median(np.abs(x)))
-    gain = float(np.median(np.abs(y))) / spread if spread > 0 else 0.0
-    return float(np.median(np.abs(y - gain * x)))
+    gain = after.spread / before.spread if before.spread > 0 else 0.0
+    return float(np.median(np.abs(after.pixels - gain * before.pixels)))

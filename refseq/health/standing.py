@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.health.change import bounded, gaussian
-from refseq.health.pictures import MOVED, SIZE, STANDING, change
+from refseq.health.pictures import MOVED, SIZE, STANDING, LevelledPicture, change, levelled
 from refseq.health.scan_motion import STILL, moved_ratio
 from refseq.view import Scan, View, measures
 
@@ -41,10 +41,10 @@ class Sight:
     scan: Scan | None = None
 
     @cached_property
-    def pictures(self) -> Mapping[str, NDArray[np.float32]]:
+    def pictures(self) -> Mapping[str, LevelledPicture]:
         """The images reduced, noise averaged out; without those that are too small, and those that show nothing."""
-        reduced = {name: _reduced(image) for name, image in self.images.items() if _is_large(image)}
-        return {name: one for name, one in reduced.items() if np.median(np.abs(one - np.median(one))) >= SHOWN}
+        reduced = {name: levelled(_reduced(image)) for name, image in self.images.items() if _is_large(image)}
+        return {name: one for name, one in reduced.items() if one.spread >= SHOWN}
 
     def moved_since(self, last: "Sight") -> float | None:
         """Log-likelihood ratio of having moved since another sight against having stood [nats]; None: nothing tells."""
@@ -103,7 +103,7 @@ class StandWatch:
         return Motion.OPEN if moved > CLEAR else untold
 
 
-def moved_between(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
+def moved_between(before: LevelledPicture, now: LevelledPicture) -> float:
     """Log-likelihood ratio of a camera that has moved between two reduced pictures [nats].
 
     A change smaller than that of a camera that stands says no more for standing than its mean.

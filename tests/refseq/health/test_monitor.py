@@ -261,4 +261,4 @@ def test_an_opening_that_beams_look_through_is_no_wall_and_beams_that_fail_are_n
     scan = Scan(ranges)
     walls = _Walls(scan, _hits(scan, REACH))
     inside = np.stack([np.full(40, 3.0), np.linspace(-0.3, 0.3, 40)], axis=1)
-    assert (walls.unexplained(inside, [(0.0, 0.0)]) > 0.2) is not failed
+    assert (walls.unexplained(inside, [(0.0, 0.0)]).item() > 0.2) is not failed
