@@ -93,6 +93,9 @@ def press_plan(tab: Page, share: float) -> None:
 @pytest.mark.slow
 def test_a_mission_is_stated_on_the_map_run_and_watched(tab: Page, served: Served) -> None:
     assert "“door 1 <b>closed</b>”" in tab.inner_text("#facts"), "text never becomes markup"
+    assert tab.locator("#drawing circle.door").count() > 0
+    corner = "getComputedStyle(document.querySelector('#legend i.door')).borderTopLeftRadius"
+    assert tab.evaluate(corner) == "50%", "doors are as round in the legend"
     press(tab, "#door")
     press(tab, "text=+ wait 5 s")
     tab.wait_for_function("document.querySelector('#told').textContent.startsWith('[LD] ')")
