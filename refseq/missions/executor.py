@@ -15,6 +15,7 @@ from refseq.belief import Belief
 from refseq.missions.agenda import Agenda
 from refseq.missions.behaviour_codes import lengthened, steered
 from refseq.missions.language import MissionError
+from refseq.missions.limits import TIMEOUT
 from refseq.missions.log import Entry, Level, Touch
 from refseq.missions.plan import Order, Plan, Sought
 from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
@@ -32,7 +33,8 @@ class ExecutorSettings:
     The last ``approach`` [m] to a place are driven by the odometer, so that the robot stops right there: it begins when
     the last view has agreed. A robot that has gone ``overrun`` times the way to a place, and ``slack`` [m] more, has
     missed it. One that is lost, or does not know where it begins, stands and looks for ``patience`` [s] before it gives
-    up. An order may last ``least`` [s], and the time that its way takes at ``slowest`` [m/s].
+    up. An order may last ``least`` [s], and the time that its way takes at ``slowest`` [m/s]. A mission that is not
+    over after ``timeout`` [s] is aborted. Pauses count for none of these.
     """
 
     progress: ProgressSettings = field(default_factory=ProgressSettings)
@@ -42,6 +44,7 @@ class ExecutorSettings:
     patience: float = 30.0
     least: float = 90.0
     slowest: float = 0.05
+    timeout: float = TIMEOUT
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +79,15 @@ class Executor:
         self.status = Status.LOCALISING
         self.why = ""
         self.log: list[Entry] = []
-        self._time = self._travelled = self._since = 0.0
+        self._time = self._travelled = 0.0
+        self._active = 0.0  # time under way without pauses [s], by which all limits and waits go
+        self._since = 0.0  # when the status became what it is, by the same
         self._last_sure: int | None = None  # the place of which the last view says that it got lost behind it
         self._kidnapped = False  # while it stood, views agreed that it is elsewhere
         self._number = 0
         self._behaviour = self._ordered = ""  # the one in force, and as it was before views steered it
         self._begun_at = 0.0  # where the odometer was when the present order began
-        self._began = 0.0  # and when
+        self._began = 0.0  # and when, without pauses
         self._tasks: list[Task] = []
         self._after_tasks: Callable[[], None] = self._set_out
         self._before_pause = self.status, self._since
@@ -97,11 +102,15 @@ class Executor:
     def move(self, time: float, travelled: float) -> None:
         """It is ``time`` [s] by now, and the odometer has gone ``travelled`` [m] in all."""
         self._progress.move(travelled - self._travelled)
+        if self.status is not Status.PAUSED:
+            self._active += time - self._time
         self._time, self._travelled = time, travelled
+        if self._active > self.settings.timeout:
+            self.abort(f"not over after {self.settings.timeout:g} s")
         if self._seen_at is not None and self.along >= self._seen_at:
             self.sought, self._seen_at = self.plan.sought, None
         match self.status:
-            case Status.LOCALISING | Status.LOST if time - self._since > self.settings.patience:
+            case Status.LOCALISING | Status.LOST if self._active - self._since > self.settings.patience:
                 self._fail(f"{self.status.value} for {self.settings.patience:g} s")
             case Status.AT_TASK:
                 self._end_wait()
@@ -170,7 +179,7 @@ class Executor:
         """The task that was asked for is done."""
         if self.status is Status.AT_TASK:
             self._tell(f"done: {self._tasks.pop(0)}")
-            self._since = self._time
+            self._since = self._active
             if not self._tasks:
                 self._after_tasks()
 
@@ -183,9 +192,9 @@ class Executor:
     def resume(self) -> None:
         """Go on after a pause, which counts for no time limit."""
         if self.status is Status.PAUSED:
-            (status, since), paused = self._before_pause, self._time - self._since
+            status, since = self._before_pause
             self._become(status, "resumed")
-            self._since, self._began = since + paused, self._began + paused
+            self._since = since
             if self._kidnapped and status.moving:
                 self._resume_at(self.along)
 
@@ -270,14 +279,14 @@ class Executor:
 
     def _end_wait(self) -> None:
         task = self._tasks[0]
-        if isinstance(task, Wait) and self._time - self._since >= task.seconds:
+        if isinstance(task, Wait) and self._active - self._since >= task.seconds:
             self.done()
 
     # --- running a behaviour: TRAVELLING, APPROACHING, MANOEUVRING ---
 
     def _watch(self) -> None:
         """Note landmarks on the way, and end an order that takes too long."""
-        if self._time - self._began > (limit := self._time_limit):
+        if self._active - self._began > (limit := self._time_limit):
             self._fail(f"{self._behaviour} not done after {limit:.0f} s")
         elif self.status is not Status.MANOEUVRING and (self._progress.agreements > 0 or not self._localised):
             if self.status is Status.TRAVELLING and self._left <= self.settings.approach:
@@ -339,7 +348,7 @@ class Executor:
 
     def _pass(self) -> None:
         """Note that a landmark is passed: the next order is in force, and has its own time."""
-        self._began = self._time
+        self._began = self._active
         self._agenda.begin(self._agenda.number + 1, self._time)
         self._tell(f"passes {self.order.why}")
 
@@ -371,7 +380,7 @@ class Executor:
         if self._kidnapped:
             self._resume_at(self.along)
             return
-        self._begun_at, self._began = self._travelled, self._time
+        self._begun_at, self._began = self._travelled, self._active
         if not self.order.travels:
             self._run(Status.MANOEUVRING, self.order.behaviour, self.order.why)
         elif self._left <= self.settings.approach:
@@ -423,7 +432,7 @@ class Executor:
     def _become(self, status: Status, what: str) -> None:
         """Take a transition of the table."""
         assert status in TRANSITIONS[self.status], f"{self.status} is never followed by {status}"
-        self.status, self._since = status, self._time
+        self.status, self._since = status, self._active
         self._tell(what, _WEIGHT.get(status, Level.INFO))
 
     def _tell(self, what: str, level: Level = Level.INFO) -> None:

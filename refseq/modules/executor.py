@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from refseq.missions.executor import Executor
+from refseq.missions.executor import Executor, ExecutorSettings
+from refseq.missions.limits import TIMEOUT
 from refseq.missions.plan import Plan
 from refseq.missions.status import Status
 from refseq.missions.tasks import Wait
@@ -37,7 +38,7 @@ class MissionModule:
         places: int,
         *,
         localised: bool = True,
-        timeout: float,
+        timeout: float = TIMEOUT,
         told: Callable[[str], None] = lambda _line: None,
     ) -> None:
         if plan.sought is not None:
@@ -45,12 +46,13 @@ class MissionModule:
         for task in plan.all_tasks:
             if not isinstance(task, Wait):
                 raise MessageError(f"task {task}: no module does it; valid is wait")
-        self._plan, self._places, self._localised, self._timeout = plan, places, localised, timeout
+        self._plan, self._places, self._localised = plan, places, localised
+        self._settings = ExecutorSettings(timeout=timeout)
         self._told = told
         self._begin("")
 
     def _begin(self, drive: str) -> None:
-        self.executor = Executor(self._plan, localised=self._localised)
+        self.executor = Executor(self._plan, localised=self._localised, settings=self._settings)
         self._drive, self._next, self._said = drive, 0, 0
         self._taken_at: dict[int, float] = {}  # where the odometer was at each view [m]
 
@@ -80,8 +82,6 @@ class MissionModule:
         if step.view is not None:
             self._taken_at[step.view] = step.travelled
         self._believe([data for name, data in parts if name == BELIEF], step.travelled)
-        if step.time > self._timeout:
-            self.executor.abort(f"not over after {self._timeout:g} s")
 
     def _hold(self, held: str) -> None:
         """Pause while the robot stands for a module that is gone."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
+from refseq.missions.limits import TIMEOUT
 from refseq_bench.scenarios.cli.mission import (
     BELOW,
     LEARNT,
@@ -17,7 +18,7 @@ from refseq_bench.scenarios.cli.mission import (
     compiled_mission,
 )
 from refseq_bench.scenarios.cli.terminal.console import err, out
-from refseq_bench.scenarios.cli.terminal.options import TIMEOUT, MapFile, Screen, flag, grouped, only_one_of, option
+from refseq_bench.scenarios.cli.terminal.options import MapFile, Screen, flag, grouped, only_one_of, option
 from refseq_bench.scenarios.cli.terminal.outputs import SCREENING, file_to_write
 from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
@@ -149,7 +150,7 @@ def mission(
     goal: Goal = None,
     landmark: Landmark = None,
     odometry: Annotated[bool, flag("--by-odometry", "Go by the odometer alone, without views.")] = False,
-    timeout: Annotated[float, TIMEOUT] = 1800.0,
+    timeout: Annotated[float, option("SECONDS", "Longest simulated time of the mission, pauses apart.")] = TIMEOUT,
     access: RobotAddress = RobotAddress(),
 ) -> None:
     """Run a mission: the executor, which orders behaviours by what is believed, and print its log."""

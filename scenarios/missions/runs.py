@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import Belief, LocaliserProtocol
-from refseq.missions import Executor, Plan, Status, TrueWay
+from refseq.missions import Executor, ExecutorSettings, Plan, Status, TrueWay
 from refseq.missions.behaviour_codes import code_of
 from refseq.missions.lamp import LampStage
 from refseq.missions.log import Touch
@@ -131,7 +131,8 @@ def run_plan(
     The ``drive`` tells its faults, when views are taken, and how long it may last. Raises what these raise.
     """
     ground, start, limits = leader.ground, bench.pose, bench.robot.limits
-    executor = Executor(plan, localised=leader.localiser is not None)
+    settings = ExecutorSettings(timeout=drive.patience)
+    executor = Executor(plan, localised=leader.localiser is not None, settings=settings)
     localiser = None if leader.localiser is None else SensorFilter(leader.localiser, sensors)
     watcher = _Watcher(bench, ground, drive.faults)
 
@@ -139,7 +140,7 @@ def run_plan(
         watcher(executor, bench)
         each(executor, bench)
 
-    mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=look)
+    mission = run_mission(bench, executor, localiser, trigger=drive.trigger, each=look)
     end = goal or _pair(ground, executor.plan.goal)
     measure = mission_bounds(executor.plan, ground, start, limits, end)
     run = _told_run(mission, ground, end, measure, watcher.losses)

@@ -14,6 +14,7 @@ from refseq.files import replace_bytes, replace_text, replacing_at
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.missions import Entry, Executor, Plan, TrueWay
+from refseq.missions.limits import TIMEOUT
 from refseq.planar import Pose
 from refseq.view import LASER, View
 from refseq.viewer.mission.record import HeardLocaliser, MissionRecord, Recorder
@@ -88,6 +89,7 @@ class MissionTrip:
             seed=seed,
             renderer=RendererKind(kind),
             trigger=Trigger(distance=every),
+            patience=TIMEOUT,
         )
         if drive.renderer is RendererKind.NONE and (takes_pictures or filmstrip is not None):
             what = "a filmstrip" if filmstrip is not None else "a photograph, or a scene,"

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -67,17 +67,28 @@ def senses_of(bench: Bench) -> Senses:
 
 
 class RunningBehaviour:
-    """The behaviour of an order on its way, for a robot on a bench; another number begins another one."""
+    """The behaviour of an order on its way, for a robot on a bench; another number begins another one.
+
+    Its clock stands while it is ``halted``: a pause wears out no behaviour's patience.
+    """
 
     def __init__(self, description: RobotDescription) -> None:
         self._description = description
         self._running: tuple[int, Behaviour] | None = None
+        self._halted = 0.0  # time for which the running one was halted [s]
 
-    def of(self, number: int, words: str) -> Behaviour:
-        """The behaviour that is running, or a new one for another ``number``. Raises as ``behaviour_in``."""
+    def step(self, number: int, words: str, senses: Senses) -> BehaviourStep:
+        """A step of the running behaviour, or of a new one for another ``number``. Raises as ``behaviour_in``."""
         if self._running is None or self._running[0] != number:
-            self._running = number, behaviour_in(words, self._description)
-        return self._running[1]
+            self._running, self._halted = (number, behaviour_in(words, self._description)), 0.0
+        if self._halted:
+            state = replace(senses.state, time=senses.state.time - self._halted)
+            senses = replace(senses, state=state, time=senses.now - self._halted)
+        return self._running[1].step(senses)
+
+    def halted(self, seconds: float) -> None:
+        """The robot has stood for so long by another's will."""
+        self._halted += seconds
 
 
 def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:

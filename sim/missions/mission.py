@@ -25,9 +25,6 @@ from refseq_bench.sim.drives.view_spacing import CLOSER, LOOKING, MISSION_EVERY
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.missions.touches import TouchLog
 
-TIMEOUT = 1800.0
-"""A mission lasts no longer [s], where nothing else is asked for: a choice."""
-
 
 class ViewLocaliser(Protocol):
     """A localiser that answers to views on the way."""
@@ -86,11 +83,10 @@ def run_mission(
     localiser: ViewLocaliser | None,
     *,
     trigger: Trigger | None = None,
-    timeout: float = TIMEOUT,
     calls: Mapping[str, Callable[[View], None]] | None = None,
     each: Callable[[Executor, Bench], None] | None = None,
 ) -> DrivenMission:
-    """Run a mission until it is over, or for ``timeout`` [s] of simulated time, when it is aborted.
+    """Run a mission until it is over.
 
     Without a ``localiser`` no view is taken, unless the mission seeks a scene; else when the ``trigger`` says so, by
     default every ``MISSION_EVERY`` metres.
@@ -101,9 +97,8 @@ def run_mission(
     for task in executor.plan.all_tasks:
         if isinstance(task, Call) and task.name not in (calls or {}):
             raise SimError(f"{task}: no such function; valid are {', '.join(calls or {}) or 'none'}")
-    return _MissionRun(bench, executor, localiser, trigger or Trigger(MISSION_EVERY), Hands(calls or {})).until_over(
-        timeout, each
-    )
+    run = _MissionRun(bench, executor, localiser, trigger or Trigger(MISSION_EVERY), Hands(calls or {}))
+    return run.until_over(each)
 
 
 class _MissionRun:
@@ -121,7 +116,7 @@ class _MissionRun:
         self._seen: list[MissionView] = []
         self._track: list[tuple[float, ...]] = []
 
-    def until_over(self, timeout: float, each: Callable[[Executor, Bench], None] | None) -> DrivenMission:
+    def until_over(self, each: Callable[[Executor, Bench], None] | None) -> DrivenMission:
         """Go on until the mission is over."""
         executor, bench = self._executor, self._bench
         for words in executor.plan.all_behaviours:  # all can be read before the robot moves
@@ -131,8 +126,6 @@ class _MissionRun:
             self._period(executor.do)
             if each is not None:
                 each(executor, bench)
-            if bench.time - self._began > timeout:
-                executor.abort(f"not over after {timeout:g} s")
         come_to_rest(bench, self._note)
         track = np.array(self._track).reshape(-1, 5)
         return DrivenMission(executor, track, tuple(self._seen), self._touches.touches, self._hands.photographs)
@@ -154,9 +147,11 @@ class _MissionRun:
 
     def _steer(self, do: Do) -> None:
         if do.halt:
+            before = self._bench.time
             self._bench.drive(Twist())
+            self._behaviours.halted(self._bench.time - before)
             return
-        step = self._behaviours.of(do.number, do.behaviour).step(senses_of(self._bench))
+        step = self._behaviours.step(do.number, do.behaviour, senses_of(self._bench))
         self._bench.drive(step.twist)
         if step.outcome is not BehaviourOutcome.RUNNING:
             self._executor.ended(step.outcome is BehaviourOutcome.FINISHED, step.why)

@@ -18,7 +18,7 @@ from refseq.modules.messages import (
 from refseq.modules.process import Role
 from refseq.view import Scan
 from refseq_bench import robots
-from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Senses
+from refseq_bench.robots.behaviours import BehaviourOutcome, Senses
 from refseq_bench.sim.drives.behaviour_runner import RunningBehaviour, description_of
 from refseq_bench.sim.modules.state import state_in
 
@@ -57,15 +57,17 @@ class ControlModule:
     def _take(self, step: Step, parts: Parts) -> None:
         if self._step is None or self._step.drive != step.drive:
             self._behaviours = RunningBehaviour(description_of(robots.load(step.robot)))
-            self._scan, self._senses, self._seen = None, {}, -1
-        self._step = step
+            self._scan, self._senses, self._seen, self._step = None, {}, -1, None
+        before, self._step = self._step, step
         self._scan = scan_in(parts, step.scan) or self._scan  # behaviours tell a new scan by its identity
         self._senses[step.number] = Senses(state_in(part(parts, STATE)), self._scan, step.clock)
         self._senses.pop(step.number - REMEMBERED, None)
         done = step.command
         if done is not None and done.steers and done.answers > self._seen and done.answers in self._senses:
-            self._behaviour(done.number, done.behaviour).step(self._senses[done.answers])
+            self._running.step(done.number, done.behaviour, self._senses[done.answers])
             self._seen = done.answers
+        if before is not None and (step.held or (done is not None and done.halt)):
+            self._running.halted(step.clock - before.clock)
 
     def _command(self, order: OrderHead) -> Command | None:
         """The command for the last step; None where the order is for another one, or the robot is held."""
@@ -79,7 +81,7 @@ class ControlModule:
         return self._steer(order, step)
 
     def _steer(self, order: OrderHead, step: Step) -> Command:
-        moved = self._behaviour(order.number, order.behaviour).step(self._senses[step.number])
+        moved = self._running.step(order.number, order.behaviour, self._senses[step.number])
         self._seen = step.number
         running = moved.outcome is BehaviourOutcome.RUNNING
         ended = None if running else Ended(order.number, moved.outcome is BehaviourOutcome.FINISHED, moved.why)
@@ -88,6 +90,7 @@ class ControlModule:
             step.drive, step.number, twist.linear, twist.angular, False, order.number, order.behaviour, ended
         )
 
-    def _behaviour(self, number: int, words: str) -> Behaviour:
+    @property
+    def _running(self) -> RunningBehaviour:
         assert self._behaviours is not None, "a step came first"
-        return self._behaviours.of(number, words)
+        return self._behaviours

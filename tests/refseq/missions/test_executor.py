@@ -515,6 +515,30 @@ def test_pauses_longer_than_an_order_may_last() -> None:
     assert len(line.begun) == 2, "it goes on with the execution that was halted"
 
 
+def test_a_pause_longer_than_a_mission_may_last_counts_for_nothing() -> None:
+    made = Executor(Plan(WAY, (Order(0.0, "MN", "start"),), 10.0), settings=ExecutorSettings(timeout=40.0))
+
+    def each(now: Line) -> None:
+        if 5.0 < now.time < 100.0:
+            now.executor.pause()
+        else:
+            now.executor.resume()
+
+    line = Line(made, right(WAY)).run(each=each)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.time > 100.0
+
+
+def test_a_mission_that_lasts_too_long_without_pauses_is_aborted() -> None:
+    made = Executor(Plan(WAY, (Order(0.0, "MN", "start"),), 30.0), settings=ExecutorSettings(timeout=12.0))
+    line = Line(made, right(WAY)).run(
+        each=lambda now: now.executor.pause() if now.time < 5.0 else now.executor.resume()
+    )
+    assert line.executor.status is Status.ABORTED, told(line)
+    assert line.executor.why == "not over after 12 s"
+    assert line.time == pytest.approx(17.0, abs=0.5)
+
+
 def test_a_wait_lasts_as_long_as_asked_whatever_pauses_there_are() -> None:
     plan = Plan(WAY, (Order(0.0, "MN", "start", (Wait(10.0),)),), 5.0)
 

@@ -16,6 +16,7 @@ from refseq.missions import (
     Call,
     Errand,
     Executor,
+    ExecutorSettings,
     Landmarks,
     Order,
     Photograph,
@@ -66,6 +67,10 @@ def learnt(offices: World) -> Map:
     return learn([one.view for one in taken], profile=BEST)
 
 
+def lasting(seconds: float) -> ExecutorSettings:
+    return ExecutorSettings(timeout=seconds)
+
+
 def run(
     world: World,
     plan: Plan,
@@ -79,8 +84,8 @@ def run(
 ) -> DrivenMission:
     with Bench(world, robots.load("robuter"), seed=seed, settings=settings) as bench:
         localiser = None if learnt is None else Localiser(learnt)
-        executor = Executor(plan, localised=learnt is not None)
-        return run_mission(bench, executor, localiser, trigger=Trigger(), calls=calls, each=each, timeout=timeout)
+        executor = Executor(plan, localised=learnt is not None, settings=lasting(timeout))
+        return run_mission(bench, executor, localiser, trigger=Trigger(), calls=calls, each=each)
 
 
 def told(done: DrivenMission) -> str:
@@ -194,12 +199,12 @@ def test_a_mission_counts_from_its_own_begin_whatever_the_robot_did_before(offic
         assert bench.state.distance > 1.0
         bench.place(start)
         plan = compiled(parse_mission("[LI6]"), path_along(learnt))
-        done = run_mission(bench, Executor(plan, localised=False), None, timeout=60.0)
+        done = run_mission(bench, Executor(plan, localised=False, settings=lasting(60.0)), None)
         assert done.executor.status is Status.COMPLETED, told(done)
         assert math.dist(done.track[-1, 1:3], at(learnt.poses[6])) < 0.3
         assert (done.track[0, 0], done.track[0, 4]) == pytest.approx((0.04, 0.0), abs=0.02)
         bench.place(start)
-        pushed = run_mission(bench, Executor(plan, localised=False), None, each=each, timeout=4.0)
+        pushed = run_mission(bench, Executor(plan, localised=False, settings=lasting(4.0)), None, each=each)
     assert touches[0] <= pushed.touches[0].time < 4.0
 
 
@@ -266,6 +271,22 @@ def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: Map) -> None:
     assert 13.0 <= time[-1] <= 15.0
 
 
+def test_a_pause_wears_out_neither_the_mission_s_time_nor_a_behaviour_s_patience(offices: World, learnt: Map) -> None:
+    """It waits before a wall, which a behaviour does for 10 s, is paused for 30 s meanwhile, and waits on."""
+
+    def each(executor: Executor, bench: Bench) -> None:
+        if 1.0 <= bench.time < 5.0:
+            bench.place(Pose(bench.pose.x, 0.0, math.pi / 2))
+        elif 10.0 <= bench.time < 40.0:
+            executor.pause()
+        else:
+            executor.resume()
+
+    done = run(offices, as_learnt(path_along(learnt)), None, each=each, timeout=35.0)
+    assert "failed: waited 10 s" in done.executor.why, told(done)
+    assert 44.0 < done.executor.time < 50.0
+
+
 class Lost:
     """A localiser with so many ``places`` that says lost whatever it sees, and keeps the cameras of each view."""
 
@@ -279,7 +300,8 @@ class Lost:
 
 def test_a_robot_that_does_not_know_where_it_is_stands_and_looks_once_a_second(offices: World, learnt: Map) -> None:
     with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
-        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), Lost(len(learnt)), timeout=6.0)
+        executor = Executor(as_learnt(path_along(learnt)), settings=lasting(6.0))
+        done = run_mission(bench, executor, Lost(len(learnt)))
     times = [seen.view.time for seen in done.seen]
     assert len(times) >= 6
     assert np.diff(times) == pytest.approx(LOOKING, abs=0.05)
@@ -290,7 +312,7 @@ def test_views_are_kept_without_their_images_which_would_fill_the_memory(offices
     with Bench(offices, robots.load("robuter"), seed=1003, settings=BLIND) as bench:
         sense, localiser = bench.sense, Lost(len(learnt))
         bench.sense = lambda: replace(sense(), images={"camera-1": PICTURE})  # type: ignore[method-assign]
-        done = run_mission(bench, Executor(as_learnt(path_along(learnt))), localiser, timeout=2.0)
+        done = run_mission(bench, Executor(as_learnt(path_along(learnt)), settings=lasting(2.0)), localiser)
     assert localiser.cameras == [["camera-1"]] * len(done.seen)
     assert len(done.seen) >= 2
     assert not any(seen.view.images for seen in done.seen)

@@ -9,7 +9,7 @@ from refseq.errors import SceneError
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.profile import BEST
-from refseq.missions import Executor, Landmarks, Status, compiled, parse_mission, path_along
+from refseq.missions import Executor, ExecutorSettings, Landmarks, Status, compiled, parse_mission, path_along
 from refseq.scenes import Scene, SceneFinder, cut_scene
 from refseq.view import View
 from refseq_bench import robots
@@ -59,7 +59,8 @@ def driven(world: World, views: list[View], scene: Scene) -> DrivenMission:
     map_ = learn([replace(view, images={}) for view in views], profile=BEST)
     plan = compiled(parse_mission("[LI1]"), path_along(map_), Landmarks({}, {"LI1": scene}))
     with Bench(world, robots.load("robuter"), seed=1003, settings=SEEING) as bench:
-        return run_mission(bench, Executor(plan), Localiser(map_), trigger=Trigger(0.6), timeout=300.0)
+        executor = Executor(plan, settings=ExecutorSettings(timeout=300.0))
+        return run_mission(bench, executor, Localiser(map_), trigger=Trigger(0.6))
 
 
 def test_it_stops_where_the_scene_was_cut(offices: World, views: list[View], richest: View) -> None:
