@@ -78,6 +78,8 @@ class MissionModule:
     def _take(self, step: Step, parts: Parts) -> None:
         self._hold(step.held)
         self._carried_out(step.command)
+        for touch in step.touches:
+            self.executor.touched(touch)
         self.executor.move(step.time, step.travelled)
         if step.view is not None:
             self._taken_at[step.view] = step.travelled

@@ -18,6 +18,7 @@ from refseq.errors import LogError, RefseqError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.foxglove.outgoing import picture_message, scan_message, stamp_message
+from refseq.missions.log import Touch
 from refseq.modules.heads import MessageError, Parts, head_bytes, read_head
 from refseq.serve.channels import robot_channel
 from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
@@ -81,8 +82,9 @@ class Step:
 
     ``clock`` is the time by the robot's own stamps [s]. ``command`` is the one that was carried out; ``held`` names the
     modules for which the robot stood instead. A ``view`` of this number was taken behind it. ``truth``, x, y [m] and
-    heading [rad], is for drawing alone; ``robot`` is its name. The parts beside are the robot's state, the scan to
-    steer by where there is a new one, and beliefs that have come since the last step. ``scan_due``: the scan is old.
+    heading [rad], is for drawing alone; ``robot`` is its name. ``touches`` are of things that were touched for the
+    first time since the last step. The parts beside are the robot's state, the scan to steer by where there is a new
+    one, and beliefs that have come since the last step. ``scan_due``: the scan is old.
     """
 
     drive: str
@@ -96,6 +98,7 @@ class Step:
     view: int | None = None
     scan: ScanGeometry | None = None
     scan_due: bool = False
+    touches: tuple[Touch, ...] = ()
     truth: tuple[float, ...] = ()
     over: str = ""
 

@@ -110,6 +110,8 @@ def robot(
         say(out, f"{asked.drive.robot} in {asked.drive.world}: listens at {policy.host} port {policy.port}")
         over = module.run()
     say(out, f"the mission is {over}; {latency_line(module.latency)}")
+    if touched := [touch.thing for touch in module.touches.touches]:
+        say(err, f"the robot touched {', '.join(touched)}")
     if over != "completed":
         raise typer.Exit(BELOW)
 

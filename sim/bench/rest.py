@@ -10,7 +10,7 @@ STOPPING = (1.0, 5.0)
 """A robot has so long to come to rest, at least and at most [s]: choices."""
 
 
-def come_to_rest(bench: Bench, each: Callable[[], None] | None = None) -> None:
+def come_to_rest(bench: Bench, each: Callable[[], object] | None = None) -> None:
     """Tell the robot to stand until it does, within ``STOPPING``; ``each`` is called after every control period."""
     least, most = (round(seconds / CONTROL_PERIOD) for seconds in STOPPING)
     for number in range(most):

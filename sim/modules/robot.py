@@ -33,6 +33,7 @@ from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.bench.rest import come_to_rest
 from refseq_bench.sim.drives.trigger import Moved, Trigger
 from refseq_bench.sim.drives.view_spacing import LOOKING
+from refseq_bench.sim.missions.touches import TouchLog
 from refseq_bench.sim.modules.state import state_bytes
 from refseq_bench.sim.realtime import RealTimePacer
 
@@ -89,7 +90,8 @@ class RobotSettings:
 class RobotModule:
     """A drive of the bench under commands that come over a link.
 
-    ``latency`` of each view that was answered: from when it was sent until its belief was here [s].
+    ``latency`` of each view that was answered: from when it was sent until its belief was here [s]. ``touches`` watches
+    for what it touches.
     """
 
     def __init__(
@@ -108,6 +110,7 @@ class RobotModule:
         self._number, self._held = 0, ""
         self._scan: Scan | None = None  # the last in a step
         self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
+        self.touches, self._touched = TouchLog(bench), 0  # and how many of them stand in the journal
         self._pacer = RealTimePacer()
         self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
         link.join(Role.ROBOT)
@@ -201,6 +204,7 @@ class RobotModule:
             return
         before = self._bench.odometry
         self._bench.drive(Twist(command.linear, command.angular))
+        self.touches.look()
         self._moved.add(before, self._bench.odometry, CONTROL_PERIOD)
         due = self._settings.trigger.fires(self._moved) or (command.halt and self._moved.time >= LOOKING)
         self._publish(command, view=self._look() if due else None)
@@ -209,6 +213,7 @@ class RobotModule:
         """Stand for a period: nobody commands, or a module is gone; time goes by as it does."""
         began, before = time.monotonic(), self._bench.odometry
         self._bench.drive(Twist())
+        self.touches.look()
         self._moved.add(before, self._bench.odometry, 0.0)
         self._held = self._peers.missing or self._overdue()
         self._publish()
@@ -218,7 +223,7 @@ class RobotModule:
             self._pacer.keep(self._bench.time)
 
     def _say_farewell(self, over: str) -> None:
-        come_to_rest(self._bench)
+        come_to_rest(self._bench, self.touches.look)
         self._peers.needed = ()
         self._publish(over=over)
         self._wait_for(lambda: not self._peers.there - {Role.ROBOT}, FAREWELL)
@@ -261,6 +266,7 @@ class RobotModule:
             view=view,
             scan=scan.geometry,
             scan_due=bench.scan_due,
+            touches=self.touches.touches[self._touched :],
             truth=(pose.x, pose.y, pose.heading),
             over=over,
         )
@@ -269,6 +275,7 @@ class RobotModule:
         parts = [(HEAD, head_bytes(step)), (STATE, state_bytes(bench.state)), *scan.parts]
         self._published.append(time.monotonic())
         self._number += 1
+        self._touched = len(self.touches.touches)
         self._steps([*parts, *((BELIEF, came[one]) for one in sorted(came))])
 
     def _wait_for(self, reached: Callable[[], bool], most: float | None = None) -> None:

@@ -17,6 +17,7 @@ from refseq.modules.heads import MessageError, Parts
 from refseq.modules.localiser import LocaliserModule
 from refseq.modules.messages import BELIEF, STEPS, Step, belief_in, head_of
 from refseq.modules.process import Role
+from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -129,6 +130,22 @@ def test_beliefs_way_and_log_are_those_of_one_process(alone: DrivenMission, apar
     assert apart.log == alone.executor.log
     assert apart.over == "completed"
     assert not any(step.held for step in apart.steps)
+
+
+def test_what_is_touched_stands_in_the_log_as_in_one_process(offices: World, learnt: Map, plan: Plan) -> None:
+    """It is set down against a wall."""
+
+    def against_a_wall(drive: Bench) -> Bench:
+        drive.place(Pose(drive.pose.x, 1.2 - drive.robot.shape.half_width + 0.03, 0.0))
+        return drive
+
+    with bench(offices, 1003) as drive:
+        one = run_mission(against_a_wall(drive), Executor(plan), Localiser(learnt), trigger=OFTEN)
+    with bench(offices, 1003) as drive:
+        apart = Driven(against_a_wall(drive), learnt, plan, {})
+    assert one.touches
+    assert tuple(touch for step in apart.steps for touch in step.touches) == one.touches
+    assert apart.log == one.executor.log
 
 
 def test_what_dies_is_taken_over(offices: World, learnt: Map, plan: Plan, apart: Driven) -> None:

@@ -34,6 +34,8 @@ from tests.sim.modules.local_link import LocalLink
 ROLES = ("control", "mission", "localiser")
 SPEED = 0.5
 NEVER = Trigger(distance=1000.0)
+UNTOUCHED = SimpleNamespace(touches=(), look=tuple)
+"""Touches on a line where there is nothing."""
 
 
 class Clock:
@@ -85,6 +87,7 @@ class Played:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, settings: RobotSettings) -> None:
         self.clock, self.bench, self.link, self.told = Clock(), StraightBench(), LocalLink(), list[str]()
         monkeypatch.setattr("refseq_bench.sim.modules.robot.time", self.clock)
+        monkeypatch.setattr("refseq_bench.sim.modules.robot.TouchLog", lambda _bench: UNTOUCHED)
         bench: Any = self.bench
         self.module = RobotModule(bench, self.link, "this drive", settings, self.told.append)
         self.module._pacer = RealTimePacer(clock=self.clock.monotonic, sleep=self.clock.sleep)
