@@ -120,7 +120,7 @@ class TripWatcher(Protocol):
         """A view was taken, and this is believed of it."""
 
     def look(self, executor: Executor, bench: Bench) -> None:
-        """A control period has gone by; the mission may be paused or aborted."""
+        """A control period has gone by, or the robot has come to rest; the mission may be paused or aborted."""
 
 
 def run_trip(
@@ -156,9 +156,6 @@ def run_trip(
     with bench_on_way(trip, poses, plan) as bench:
         done = run_plan(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
     record = recorder.record(plan, ground.places, outline_of(plan_of(trip.drive)))
-    if tell is not None:
-        for line in record.log[told:]:  # told after the last period: an abort, or a touch while it came to rest
-            tell(line.entry)
     return TripResult(done, () if bystander is None else tuple(bystander.frames), record)
 
 

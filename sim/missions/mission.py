@@ -91,7 +91,7 @@ def run_mission(
     Without a ``localiser`` no view is taken, unless the mission seeks a scene; else when the ``trigger`` says so, by
     default every ``MISSION_EVERY`` metres.
     ``calls`` are the functions that tasks may call, ``each`` is called after every control period, and may pause or
-    abort the mission. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
+    abort the mission, and once more when the robot has come to rest. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
     this robot does not have, ``SceneError`` for a scene of another camera.
     """
     for task in executor.plan.all_tasks:
@@ -127,6 +127,8 @@ class _MissionRun:
             if each is not None:
                 each(executor, bench)
         come_to_rest(bench, self._note)
+        if each is not None:
+            each(executor, bench)
         track = np.array(self._track).reshape(-1, 5)
         return DrivenMission(executor, track, tuple(self._seen), self._touches.touches, self._hands.photographs)
 

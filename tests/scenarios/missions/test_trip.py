@@ -147,6 +147,7 @@ def test_what_befalls_the_robot_while_it_comes_to_rest_is_told_too(monkeypatch: 
         each(executor, bench)
         executor.abort("not over after 3 s")
         executor.touched(Touch(3.4, "bin"))
+        each(executor, bench)
 
     still = SimpleNamespace(pose=Pose(0.0, 0.0, 0.0))
     monkeypatch.setattr(trips, "run_plan", runs)

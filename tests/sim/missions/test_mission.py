@@ -271,6 +271,20 @@ def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: Map) -> None:
     assert 13.0 <= time[-1] <= 15.0
 
 
+def test_who_watches_hears_of_what_is_touched_while_the_robot_comes_to_rest(offices: World, learnt: Map) -> None:
+    heard: list[int] = []
+
+    def each(executor: Executor, bench: Bench) -> None:
+        if bench.time > 2.0 and not executor.status.over:
+            executor.abort("enough")
+            bench.place(Pose(bench.pose.x, 1.2 - bench.robot.shape.half_width + 0.03, bench.pose.heading))
+        heard.append(len(executor.log))
+
+    done = run(offices, as_learnt(path_along(learnt)), None, each=each)
+    assert done.executor.log[-1].what.startswith("touches"), told(done)
+    assert heard[-1] == len(done.executor.log)
+
+
 def test_a_pause_wears_out_neither_the_mission_s_time_nor_a_behaviour_s_patience(offices: World, learnt: Map) -> None:
     """It waits before a wall, which a behaviour does for 10 s, is paused for 30 s meanwhile, and waits on."""
 
