@@ -15,7 +15,7 @@ from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.missions import Entry, Executor, Plan, TrueWay
 from refseq.missions.limits import TIMEOUT
-from refseq.planar import Pose
+from refseq.planar import Pose, wrap
 from refseq.view import LASER, View
 from refseq.viewer.mission.record import HeardLocaliser, MissionRecord, Recorder
 from refseq_bench.robots.individual import CALIBRATED
@@ -160,19 +160,30 @@ def run_trip(
 
 
 def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
-    """A bench with the robot set down on a plan's way, looking as it looked when that was learnt."""
+    """A bench with the robot set down on a plan's way, looking as it looked when that was learnt.
+
+    Between two places it is on the straight line from one to the other.
+    """
     way = plan.path
     if not 0 <= trip.at < way.length:
         raise ScenarioError(f"start {trip.at:g} m is not on the way; valid is 0 to {way.length:.1f} m, less than that")
     at = int(np.searchsorted(way.along, trip.at, side="right")) - 1
-    ahead = next((pose for pose in poses[at + 1 :] if np.hypot(pose.x - poses[at].x, pose.y - poses[at].y) > 0.1), None)
+    share = float((trip.at - way.along[at]) / (way.along[at + 1] - way.along[at]))
+    start = _pose_between(poses[at], poses[at + 1], share)
+    ahead = next((pose for pose in poses[at + 1 :] if np.hypot(pose.x - start.x, pose.y - start.y) > 0.1), None)
     if ahead is None:
         raise ScenarioError(f"start {trip.at:g} m the way is at its end; valid is before that")
-    start = poses[at]
     waypoints = ((start.x, start.y), (ahead.x, ahead.y))
     bench = open_bench(replace(trip.drive, waypoints=waypoints), watched=trip.filmstrip is not None)
     bench.place(start)
     return bench
+
+
+def _pose_between(before: Pose, after: Pose, share: float) -> Pose:
+    """A pose at a ``share`` of the way from one to the other."""
+    turn = wrap(after.heading - before.heading)
+    x, y = (one + share * (other - one) for one, other in ((before.x, after.x), (before.y, after.y)))
+    return Pose(x, y, before.heading + share * turn)
 
 
 def poses_of(map_: Map, plan: Plan) -> list[Pose]:

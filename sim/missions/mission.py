@@ -89,10 +89,11 @@ def run_mission(
     """Run a mission until it is over.
 
     Without a ``localiser`` no view is taken, unless the mission seeks a scene; else when the ``trigger`` says so, by
-    default every ``MISSION_EVERY`` metres.
-    ``calls`` are the functions that tasks may call, ``each`` is called after every control period, and may pause or
-    abort the mission, and once more when the robot has come to rest. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
-    this robot does not have, ``SceneError`` for a scene of another camera.
+    default every ``MISSION_EVERY`` metres. ``calls`` are the functions that tasks may call. ``each`` is called after
+    every control period, and may pause or abort the mission, and once more when the robot has come to rest.
+
+    Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that this robot does
+    not have, ``SceneError`` for a scene of another camera.
     """
     for task in executor.plan.all_tasks:
         if isinstance(task, Call) and task.name not in (calls or {}):

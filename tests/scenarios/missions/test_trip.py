@@ -116,7 +116,7 @@ def test_a_start_beside_the_way_is_told(at: float, told: str) -> None:
         bench_on_way(MissionTrip.from_map(map_, at=at), poses_of(map_, plan), plan)
 
 
-def test_it_is_set_down_at_the_last_place_before_its_start_and_looks_along_the_way(
+def test_it_is_set_down_between_the_places_of_its_start_and_looks_along_the_way(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     opened: list[Any] = []
@@ -133,9 +133,16 @@ def test_it_is_set_down_at_the_last_place_before_its_start_and_looks_along_the_w
     map_ = learnt(TOLD, laser=True)
     plan = as_learnt(path_along(map_))
     poses = poses_of(map_, plan)
-    bench_on_way(MissionTrip.from_map(map_, at=1.75), poses, plan)
-    first, second = poses[2], poses[3]  # at 1.7 m and 2.55 m
-    assert opened == [((first.x, first.y), (second.x, second.y)), False, first]
+    before, after = poses[2], replace(poses[3], y=poses[3].y + 0.4, heading=0.2)  # at 1.7 m and 2.55 m
+    poses[3] = after
+    bench_on_way(MissionTrip.from_map(map_, at=1.7 + 0.85 / 4), poses, plan)
+    (begin, ahead), watched, placed = opened
+    ends = np.array([(pose.x, pose.y, pose.heading) for pose in (before, after)])
+    assert (placed.x, placed.y, placed.heading) == pytest.approx(np.array([0.75, 0.25]) @ ends)
+    assert (begin, ahead, watched) == ((placed.x, placed.y), (after.x, after.y), False)
+    opened.clear()
+    bench_on_way(MissionTrip.from_map(map_, at=float(plan.path.along[2])), poses, plan)
+    assert opened[-1] == before
     turning = [*poses[:2], *[poses[2]] * 3]  # from there on it turns about itself
     with pytest.raises(ScenarioError, match="the way is at its end"):
         bench_on_way(MissionTrip.from_map(map_, at=1.75), turning, plan)
