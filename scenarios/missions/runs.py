@@ -120,7 +120,7 @@ def run_plan(
     bench: Bench,
     leader: Leader,
     plan: Plan,
-    goal: tuple[float, float] | None,
+    goal_of: Callable[[Plan], tuple[float, float] | None],
     *,
     sensors: tuple[str, ...] | None,
     drive: Drive,
@@ -128,7 +128,8 @@ def run_plan(
 ) -> MissionResult:
     """Run a plan, led by the odometer and, if the leader has one, a localiser; ``each`` hears of control periods.
 
-    The ``drive`` tells its faults, when views are taken, and how long it may last. Raises what these raise.
+    ``goal_of`` tells where it should end, by the plan as it became once what it sought was found; None: where that ends
+    on the way. The ``drive`` tells its faults, when views are taken, and how long it may last. Raises what these raise.
     """
     ground, start, limits = leader.ground, bench.pose, bench.robot.limits
     settings = ExecutorSettings(timeout=drive.patience)
@@ -141,7 +142,7 @@ def run_plan(
         each(executor, bench)
 
     mission = run_mission(bench, executor, localiser, trigger=drive.trigger, each=look)
-    end = goal or _pair(ground, executor.plan.goal)
+    end = goal_of(executor.plan) or _pair(ground, executor.plan.goal)
     measure = mission_bounds(executor.plan, ground, start, limits, end)
     run = _told_run(mission, ground, end, measure, watcher.losses)
     return MissionResult(run, tuple(seen.belief for seen in mission.seen), mission.photographs)

@@ -152,11 +152,15 @@ def run_trip(
     if watcher is not None and localiser is not None:
         localiser = HeardLocaliser(localiser, watcher.saw)
     leader = Leader(ground, localiser)
-    goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:
-        done = run_plan(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
+        done = run_plan(bench, leader, plan, known_goal, sensors=None, drive=trip.drive, each=each)
     record = recorder.record(plan, ground.places, outline_of(plan_of(trip.drive)))
     return TripResult(done, () if bystander is None else tuple(bystander.frames), record)
+
+
+def known_goal(plan: Plan) -> tuple[float, float] | None:
+    """Goal of a plan as it became: nowhere, where it leaves the way or a landmark was not found; None: on the way."""
+    return None if plan.sought is None and plan.orders[-1].travels else NOWHERE
 
 
 def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:

@@ -134,7 +134,7 @@ class MissionTask(Question):
         assignment, drive = self.assignment, self.drive
         if self.method == LAMP:
             return run_program(bench, leader.ground, plan, assignment.goal, stages=assignment.stages, drive=drive)
-        return run_plan(bench, leader, plan, assignment.goal, sensors=self.sensors, drive=drive)
+        return run_plan(bench, leader, plan, lambda _: assignment.goal, sensors=self.sensors, drive=drive)
 
 
 def _cost(known: KnownDrives, leader: Leader | None, done: MissionResult) -> Cost:

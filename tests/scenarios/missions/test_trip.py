@@ -12,17 +12,24 @@ import pytest
 from refseq.errors import MapError
 from refseq.map.learning import learn
 from refseq.map.map import Map
+from refseq.missions import Landmarks, TrueWay, compiled, parse_mission
 from refseq.missions.executor import Executor
 from refseq.missions.log import Touch
-from refseq.missions.path import path_along
+from refseq.missions.path import MissionPath, path_along
 from refseq.missions.plan import Plan, as_learnt
 from refseq.planar import Pose
+from refseq_bench import robots
+from refseq_bench.scenarios.drives.drive import Drive
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.missions import runs
 from refseq_bench.scenarios.missions import trip as trips
-from refseq_bench.scenarios.missions.runs import Each
-from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of, run_trip
+from refseq_bench.scenarios.missions.leader import Leader
+from refseq_bench.scenarios.missions.runs import NOWHERE, Each
+from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, known_goal, poses_of, run_trip
+from refseq_bench.sim.missions.mission import DrivenMission
 from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.plans.load import load_plan
+from tests.refseq.scenes.drawn import scene
 from tests.support import corridor_drive
 
 TOLD = {"world": "hallway", "light": "16:00", "robot": "robuter", "renderer": "classic"}
@@ -166,6 +173,30 @@ def test_what_befalls_the_robot_while_it_comes_to_rest_is_told_too(monkeypatch: 
     assert heard[0].startswith("the mission begins")
     assert heard[-2:] == ["aborted: not over after 3 s", "touches bin"]
     assert len(heard) == len(set(heard))
+
+
+def test_the_goal_behind_a_scene_is_known_once_that_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The way was learnt with a turn at its end, so that the plan first ends where nobody knows."""
+    way = MissionPath(np.arange(31), np.arange(31.0), ("MN:30", *[""] * 29, "MT:90"), ())
+    places = np.stack([np.arange(31.0), np.zeros(31)], axis=1)
+    near = scene()
+
+    def to_the_scene(_bench: Any, executor: Executor, _localiser: Any, **_more: Any) -> DrivenMission:
+        executor.move(4.0, 2.0)
+        if text != "[LI9]":
+            executor.sight(6.0)
+        executor.abort()
+        return DrivenMission(executor, np.zeros((1, 5)), (), (), {})
+
+    monkeypatch.setattr(runs, "run_mission", to_the_scene)
+    robot = SimpleNamespace(limits=robots.load("robuter").limits)
+    bench: Any = SimpleNamespace(pose=Pose(0.0, 0.0, 0.0), time=0.0, robot=robot)
+    known = {}
+    for text in ("[LI1]", "[LI1_LA1]", "[LI1MT90]", "[LI9]"):
+        plan = compiled(parse_mission(text), way, Landmarks({"LA1": 20.0}, {"LI1": near, "LI9": near}))
+        leader = Leader(TrueWay(way, places), None)
+        known[text] = runs.run_plan(bench, leader, plan, known_goal, sensors=None, drive=Drive()).run.goal
+    assert known == {"[LI1]": (8.0, 0.0), "[LI1_LA1]": (20.0, 0.0), "[LI1MT90]": NOWHERE, "[LI9]": NOWHERE}
 
 
 def test_a_map_of_a_real_drive_knows_no_poses() -> None:
