@@ -342,7 +342,8 @@ class Executor:
         """Where the chain was last sure (3.3.1), for the log; empty where it does not tell."""
         if self._last_sure is None:
             return ""
-        along = self.plan.path.along[self.plan.path.places == self._last_sure]
+        held = self.plan.path.held
+        along = held.along[held.places == self._last_sure]
         where = f", at {along[np.argmin(np.abs(along - self.along))]:.1f} m" if len(along) else ", off its way"
         return f", last sure at place {self._last_sure}{where}"
 

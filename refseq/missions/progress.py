@@ -84,9 +84,7 @@ class ProgressFilter:
             self.agreements += 1
             return Estimate.AGREES
         self.doubts, self.agreements, self.beside = self.doubts + 1, 0, None
-        held = self._path.held
-        highest = float(held.along[int(np.argmax(places[held.places]))])
-        other = None if belief.lost > LOST_ABOVE else self._peak(places, highest)
+        other = None if belief.lost > LOST_ABOVE else self._peak(places, self._likeliest(places))
         if other is None:
             self.losses, self._other = self.losses + 1, None
             return Estimate.LOST
@@ -105,6 +103,12 @@ class ProgressFilter:
             if share > settings.share:  # along a bare corridor a scan tells less than the place
                 return at + self.beside.along, share
         return found, settings.share
+
+    def _likeliest(self, probabilities: NDArray[np.float64]) -> float:
+        """Position [m] of the likeliest place; of several positions that it has the nearest to the robot's."""
+        held = self._path.held
+        at = held.along[held.places == held.places[np.argmax(probabilities[held.places])]]
+        return float(at[np.argmin(np.abs(at - self.along))])
 
     def _doubt(self, other: float) -> Estimate:
         """A view says another position on the way; one that has been confirmed is taken."""

@@ -299,6 +299,13 @@ def test_a_lost_mission_tells_where_the_chain_was_last_sure(place: int, where: s
     assert line.executor.why == "lost for 30 s"
 
 
+def test_a_twin_of_a_place_of_the_way_is_on_it() -> None:
+    known = replace(lost(COUNT + 1), lost_after=np.eye(COUNT + 1)[COUNT] * 0.6)
+    closed, along = replace(WAY, twins=np.array([[5, COUNT]])), np.append(WAY.along, 99.0)
+    line = Line(learnt(closed), lambda number, x: seen_at(along, x) if number < 6 else known).run()
+    assert f"last sure at place {COUNT}, at 5.0 m" in told(line)
+
+
 def test_lost_for_ever() -> None:
     line = Line(learnt(), lambda number, x: seen_at(WAY.along, x) if number < 6 else lost(COUNT)).run()
     assert line.executor.status is Status.FAILED

@@ -239,3 +239,17 @@ def test_a_belief_in_a_place_speaks_for_the_one_that_a_loop_makes_the_same() -> 
                 assert where.update(belief_from(split * first + (1 - split) * second)) is Estimate.AGREES
             assert where.along == pytest.approx(start + number, abs=0.1)
             where.move(1.0)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.8])
+@pytest.mark.parametrize(("start", "right"), [(30.5, 33.0), (5.5, 3.0)])
+def test_of_places_that_a_loop_makes_one_the_nearer_is_meant(start: float, right: float, share: float) -> None:
+    """An odometer that is off by more than it may be does not have a closed path driven anew, or its rest left out."""
+    twins = np.column_stack([np.arange(10), np.arange(30, 40)])
+    of = replace(way(39.0), twins=twins)
+    where = ProgressFilter(of, TRUST, start)
+    first, second = (seen_at(of.along, at, width=0.3).places for at in (right % 30, right % 30 + 30))
+    for _ in range(TRUST.confirm):
+        word = where.update(belief_from(share * first + (1 - share) * second))
+    assert word is Estimate.MOVED
+    assert where.along == pytest.approx(right, abs=0.1)
