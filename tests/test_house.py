@@ -9,7 +9,10 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
+from textwrap import indent
 
 import pytest
 from packaging.requirements import Requirement
@@ -85,10 +88,29 @@ HOOKS = {"__getattr__", "__dir__"}
 """Every package has its own: what imports late cannot import a helper for it."""
 
 
-def function_bodies(text: str) -> dict[str, list[str]]:
+Definition = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@cache
+def program(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+def definitions(tree: ast.Module) -> Iterator[Definition]:
+    """The module itself, its classes and functions: statements are gone through, not the expressions in them."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop(0)
+        if isinstance(node, Definition):
+            yield node
+        for block in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting.extend(getattr(node, block, ()))
+
+
+def function_bodies(tree: ast.Module) -> dict[str, list[str]]:
     """Names of the longer functions in a program by their arguments and bodies, without docstrings."""
     found: dict[str, list[str]] = {}
-    for node in ast.walk(ast.parse(text)):
+    for node in definitions(tree):
         if isinstance(node, ast.FunctionDef) and node.name not in HOOKS:
             body = node.body[1:] if ast.get_docstring(node) is not None else node.body
             written = "\n".join(map(ast.unparse, body))
@@ -99,7 +121,9 @@ def function_bodies(text: str) -> dict[str, list[str]]:
 
 def test_the_search_for_twins_finds_them():
     body = f"return value + {'1' * SHORT}"
-    (names,) = function_bodies(f'def one(value):\n    {body}\ndef two(value):\n    "What."\n    {body}\n').values()
+    one, two = (f"def {name}(value):\n    {body}\n" for name in ("one", "two"))
+    nested = "if one:\n    class Other:\n" + indent(two, " " * 8)
+    (names,) = function_bodies(ast.parse(one + nested)).values()
     assert names == ["one", "two"]
 
 
@@ -107,20 +131,18 @@ def test_no_function_is_written_twice():
     places: dict[str, list[str]] = {}
     for path in tracked():
         if path.suffix == ".py" and path.relative_to(ROOT).parts[0] != "tests":
-            for body, names in function_bodies(path.read_text()).items():
+            for body, names in function_bodies(program(path)).items():
                 places.setdefault(body, []).extend(f"{path.relative_to(ROOT)}: {name}" for name in names)
     assert [twins for twins in places.values() if len(twins) > 1] == []
 
 
 def docstrings(tree: ast.Module) -> list[str]:
-    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    found = [ast.get_docstring(node) for node in ast.walk(tree) if isinstance(node, documented)]
-    return [text for text in found if text]
+    return [text for node in definitions(tree) if (text := ast.get_docstring(node))]
 
 
 def test_docstrings_begin_with_words_and_name_what_there_is():
-    trees = {path: ast.parse(path.read_text()) for path in tracked() if path.suffix == ".py"}
-    classes = {node.name for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    trees = {path: program(path) for path in tracked() if path.suffix == ".py"}
+    classes = {node.name for tree in trees.values() for node in definitions(tree) if isinstance(node, ast.ClassDef)}
     modules = {path.stem for path in trees}
     told = [(path.name, text) for path, tree in trees.items() for text in docstrings(tree)]
     # Words that are a class as well, as Map, begin sentences; a name of two words never does.
