@@ -3,7 +3,7 @@
 import re
 import types
 import typing
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,15 @@ from pydantic_core import ErrorDetails
 from refseq_bench.text_file import TextFileError, parse_toml, read_text
 from refseq_bench.worlds.errors import PlanError, UnknownWorldError
 from refseq_bench.worlds.plans.building import building
-from refseq_bench.worlds.plans.dials import AS_DRAWN, parse_dials
+from refseq_bench.worlds.plans.dials import AS_DRAWN, Dials, parse_dials
 from refseq_bench.worlds.plans.generate import corridor
 from refseq_bench.worlds.plans.rules import checked, short
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 DIGITS = 18
 """Digits that a world's seed may have: such numbers fit 64 bits."""
+MADE = 64
+"""So many of the plans that were made from a seed last are kept: 0.1 MB each."""
 
 
 def world_names() -> tuple[str, ...]:
@@ -40,9 +42,8 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
     if path.suffix == ".toml":
         return parse_plan(_read(path), str(name_or_path))
     if made := re.fullmatch(rf"(corridor|building):(\d{{1,{DIGITS}}})(?:,(.*))?", str(name_or_path), re.ASCII):
-        make = corridor if made[1] == "corridor" else building
         dials = AS_DRAWN if made[3] is None else parse_dials(made[3], str(name_or_path))
-        return checked(make(int(made[2]), dials), str(name_or_path))
+        return _made(made[1], int(made[2]), dials, str(name_or_path))
     name, turned, _ = str(name_or_path).partition(",")
     if turned and name in world_names():
         raise PlanError(
@@ -60,6 +61,13 @@ def written_ns(name_or_path: str | Path) -> int:
     """When a plan file was last written [ns], 0 for a world that is no file: part of the key of what is kept of it."""
     path = Path(name_or_path)
     return path.stat().st_mtime_ns if path.suffix == ".toml" and path.is_file() else 0
+
+
+@lru_cache(maxsize=MADE)
+def _made(kind: str, seed: int, dials: Dials, name: str) -> FloorPlan:
+    """Make a plan from its seed, once for the many drives that a campaign has in it."""
+    make = corridor if kind == "corridor" else building
+    return checked(make(seed, dials), name)
 
 
 @cache
