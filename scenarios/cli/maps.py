@@ -33,7 +33,7 @@ from refseq_bench.scenarios.cli.terminal.outputs import (
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_output, read_drive, replacement, words
-from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
+from refseq_bench.scenarios.drives.learnt_views import learnt_notes
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import plural, say
 
@@ -83,8 +83,6 @@ def learn(
     check_output(output, of=[recording, *selection.chosen().files])
     chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
     drive = read_drive(recording, selection.with_noise(seed), wanted)
-    notes = reading_notes(selection.chosen())
-    metadata = {**without_reading_notes(drive.metadata), "source": recording.name, **notes}
 
     from refseq.map.learning import learn as learn_map
 
@@ -93,7 +91,7 @@ def learn(
         sensors=wanted,
         features=extracted,
         profile=chosen,
-        metadata=metadata,
+        metadata=learnt_notes(recording, drive.metadata, selection.chosen()),
         most_informative=most_informative,
     )
     if not map_.sequence.matrix.N:

@@ -18,6 +18,10 @@ if TYPE_CHECKING:  # members are looked for before anything is merged
     from refseq.atlas.merge import Merged
 
 
+KEEPING = ", or --keep-joins to add to the places that are left"
+"""Advice where members are not what was merged, for a command that can do without them."""
+
+
 class TakenApart(NamedTuple):
     """Maps to merge by their ``files``, a person's ``decisions`` about them, and those ``loaded`` on the way."""
 
@@ -26,12 +30,12 @@ class TakenApart(NamedTuple):
     loaded: Mapping[Path, Map]
 
 
-def with_members(paths: Sequence[Path]) -> TakenApart:
+def with_members(paths: Sequence[Path], otherwise: str = KEEPING) -> TakenApart:
     """Maps to merge, in place of each merged one those that it was made of; and a person's decisions about these.
 
     So all joins are decided about anew, whatever was merged before. A merged map that has no record stays. Raises
     ``ScenarioError`` for a member that is not there, or is not the map any more that was merged, and for drives that
-    were added to a merged map alone: its members do not have them.
+    were added to a merged map alone: its members do not have them. ``otherwise`` ends its advice.
     """
     found, rulings, loaded = list[Path](), list[Decision](), dict[Path, Map]()
     for path in paths:
@@ -39,15 +43,17 @@ def with_members(paths: Sequence[Path]) -> TakenApart:
             found.append(path)
             continue
         whole = Map.load(path)
-        members = {file: Map.load(file) for file in (_found(path, member) for member in whole.record.members)}
-        _check_growth(path, whole, list(members.values()))
+        members = {
+            file: Map.load(file) for file in (_found(path, member, otherwise) for member in whole.record.members)
+        }
+        _check_growth(path, whole, list(members.values()), otherwise)
         loaded |= members or {path: whole}
         found += members or [path]
         rulings += [_decision(ruling) for ruling in whole.record.rulings]
     return TakenApart(found, rulings, loaded)
 
 
-def _check_growth(merged: Path, whole: Map, members: Sequence[Map]) -> None:
+def _check_growth(merged: Path, whole: Map, members: Sequence[Map], otherwise: str) -> None:
     if not members:
         return
     known = GrowthRecord.joined(member.grown for member in members)
@@ -55,21 +61,18 @@ def _check_growth(merged: Path, whole: Map, members: Sequence[Map]) -> None:
     if lost:
         raise ScenarioError(
             f"{merged}: drive {lost[0].name!r} was added to it and not to its members, and would be lost; valid is to "
-            "add drives to the members, or --keep-joins to add maps to the places that are left"
+            f"add drives to the members{otherwise}"
         )
 
 
-def _found(merged: Path, member: Member) -> Path:
+def _found(merged: Path, member: Member, otherwise: str) -> Path:
     path = Path(os.path.normpath(merged.resolve().parent / member.file))
     if not path.is_file():
-        raise ScenarioError(
-            f"{merged}: its member {path} is not there; valid is to put it back, or --keep-joins to add to the places "
-            "that are left"
-        )
+        raise ScenarioError(f"{merged}: its member {path} is not there; valid is to put it back{otherwise}")
     if _digest(path) != member.sha256:
         raise ScenarioError(
-            f"{path}: is not the map any more that was merged into {merged}; valid is that one, to merge the "
-            "members themselves, or --keep-joins to add to the places that are left"
+            f"{path}: is not the map any more that was merged into {merged}; valid is that one, or to merge the "
+            f"members themselves{otherwise}"
         )
     return path
 
