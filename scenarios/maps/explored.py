@@ -30,6 +30,7 @@ class Extensible:
     files: Sequence[Path]
     read: Sequence[Map]
     wishes: Sequence[Decision]
+    min_overlap: float | None
 
 
 def extensible(map_file: Path, target: Path) -> Extensible:
@@ -38,12 +39,12 @@ def extensible(map_file: Path, target: Path) -> Extensible:
     Raises what that does, and ``ScenarioError`` where the larger map would be written over the only file of a path that
     it is made of.
     """
-    files, before, loaded = members.with_members([map_file], otherwise="")
-    read = read_maps(files, before, loaded=loaded)
-    for file, one in zip(files, read, strict=True):
+    parts = members.with_members([map_file], otherwise="")
+    read = read_maps(parts.files, parts.decisions, loaded=parts.loaded)
+    for file, one in zip(parts.files, read, strict=True):
         if one.has_one_path and target.exists() and target.samefile(file):
             raise ScenarioError(f"{target}: becomes one path of the larger map; valid is --output with another name")
-    return Extensible(files, read, in_order(before, read))
+    return Extensible(parts.files, read, in_order(parts.decisions, read), parts.min_overlap())
 
 
 def explored_map(larger: Extensible, found: Sequence[ExploredPath], target: Path) -> Exploration:
@@ -56,11 +57,12 @@ def explored_map(larger: Extensible, found: Sequence[ExploredPath], target: Path
     if there := next((file for file in new if file.exists()), None):
         raise ScenarioError(f"{there}: is there already, and a new path would have its name; valid is to rename one")
     read = [*larger.read, *(one.map for one in found)]
-    merged = merge_maps(read, wishes=larger.wishes)
+    merged = merge_maps(read, members.overlap_settings(larger.min_overlap), wishes=larger.wishes)
     with _all_or_none(new):
         for file, one in zip(new, found, strict=True):
             one.map.save(file)
-        whole = members.with_record(merged, read, [*larger.files, *new], target, larger.wishes)
+        files = [*larger.files, *new]
+        whole = members.with_record(merged, read, files, target, larger.wishes, larger.min_overlap)
         whole.save(target)
     return Exploration(whole, merged, read)
 

@@ -164,6 +164,16 @@ def test_a_new_path_tells_its_recording_as_a_learnt_map_does(refseq: Refseq, her
     }
 
 
+def test_new_paths_are_merged_with_the_shortest_overlap_that_was_asked_for(refseq: Refseq, here: Path) -> None:
+    assert refseq("map", "merge", "map.refseq", "-o", "whole.refseq", "--min-overlap", "40").code == 0
+    assert refseq("map", "add", "whole.refseq", "ahead.mcap", "--explore").code == 0
+    whole = Map.load(here / "whole.refseq")
+    assert (whole.names, whole.record.min_overlap) == (("map", "ahead-1"), 40.0)
+    assert len(whole) == len(Map.load(here / "map.refseq")) + len(Map.load(here / "ahead-1.refseq")), (
+        "nothing is joined"
+    )
+
+
 def test_a_member_that_is_missing_is_told_before_the_drive_is_read_and_none_is_written_over(
     refseq: Refseq, here: Path
 ) -> None:

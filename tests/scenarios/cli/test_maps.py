@@ -154,6 +154,22 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     assert len(Map.load(here / "apart.refseq")) == 56
 
 
+def test_the_shortest_overlap_that_was_asked_for_is_remembered_as_decisions_are(refseq: Refseq, here: Path) -> None:
+    """The two share 10 m: too little where 20 m are asked for, until another number is."""
+    merge = ("map", "merge")
+    assert refseq(*merge, "west.refseq", "east.refseq", "-o", "long.refseq", "--min-overlap", "20").code == 0
+    assert refseq(*merge, "long.refseq", "-o", "again.refseq").code == 0
+    again = Map.load(here / "again.refseq")
+    assert (len(again), again.record.min_overlap) == (56, 20.0)
+    assert refseq(*merge, "again.refseq", "-o", "short.refseq", "--min-overlap", "5").code == 0
+    short = Map.load(here / "short.refseq")
+    assert len(short) < 50
+    assert short.record.min_overlap == 5.0
+    answer = refseq(*merge, "long.refseq", "short.refseq", "-o", "x.refseq")
+    told = "the maps were merged with --min-overlap 5 and 20; valid is to give one for all of them"
+    assert (answer.code, answer.out, answer.err) == (2, "", f"error: {told}\n")
+
+
 @pytest.mark.slow
 def test_the_machines_decisions_given_back_pin_nothing(refseq: Refseq, here: Path) -> None:
     words = ["map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq"]
