@@ -267,7 +267,6 @@ def similarity(
     from refseq_bench.scenarios.maps.similarity import similarity_of, write_arrays
 
     every = merge_maps([first, second], OverlapSettings(least=min_overlap)).decisions
-    matrices = similarity_of(first, second)
     decisions = [decision for decision in every if decision.one != decision.other]
     if as_json:
         print_json(decisions)
@@ -275,6 +274,9 @@ def similarity(
         out.print(decision_table(decisions))
     else:
         say(out, "no view of one leads to the other and back")
+    if arrays is None and output is None:
+        return
+    matrices = similarity_of(first, second)
     if arrays is not None:
         with wrote(arrays, quiet=as_json):
             write_arrays(arrays, matrices)

@@ -24,6 +24,7 @@ from refseq.map.profile import BEST, THESIS
 from refseq.planar import Pose
 from refseq.view import LASER
 from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.maps import similarity
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
 from refseq_bench.scenarios.maps.joins_page import worst_first
 from refseq_bench.scenarios.maps.routes import leg_table
@@ -692,6 +693,16 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
     image = cv2.imread(str(here / "alike.png"))
     assert image is not None
     assert image.std() > 10
+
+
+def test_matrices_that_nobody_asks_for_are_not_made(
+    refseq: Refseq, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Map] = []
+    monkeypatch.setattr(similarity, "view_similarity", lambda of, to: made.append(of))
+    answer = refseq("map", "similarity", "west.refseq", "east.refseq")
+    assert (answer.code, answer.err, made) == (0, "", [])
+    assert "joined" in answer.out
 
 
 @pytest.mark.parametrize(
