@@ -23,6 +23,8 @@ class FoundOverlap:
     overlap: Overlap
     laid: LaidPairs | None = None
     """Relative poses of some of its views by their scans, of a loop."""
+    scale: float = 1.0
+    """Scale of the odometer of ``other`` by which its scans lie best on those of ``one``."""
 
     @property
     def is_loop(self) -> bool:

@@ -275,8 +275,8 @@ def stretches(
     """Pairs in runs: in a run both sequences go on, neither by more than ``bridge`` [m] without a pair."""
     if not len(pairs):
         return []
-    steps = np.diff(along[pairs[:, 0]]), np.diff(other[pairs[:, 1]])
-    broken = (steps[0] > bridge) | (steps[1] > bridge) | (steps[1] < 0)
+    steps = np.diff(np.stack([along[pairs[:, 0]], other[pairs[:, 1]]]))
+    broken = ((steps < 0) | (steps > bridge)).any(axis=0)
     return np.split(pairs, np.flatnonzero(broken) + 1)
 
 

@@ -36,21 +36,22 @@ class ScanCheck:
         one, other = self._scans[found.one], self._scans[found.other]
         if found.overlap.objection or one is None or other is None:
             return found
-        laid, other = self._laid(found, one, other)
+        laid, scale = self._laid(found, one, other)
+        found = replace(found, scale=scale)
         if laid.share < self._settings.alike or not len(laid.pairs):
             overlap = replace(found.overlap, alike=laid.share, objection=f"its scans {lie(laid.share)}")
             return replace(found, overlap=overlap)
         cut = self._cut(found, laid)
-        objection = "" if found.is_loop or cut.overlap.objection else self._going_on(one, other, laid)
+        objection = "" if found.is_loop or cut.overlap.objection else self._going_on(one, other.scaled(scale), laid)
         return replace(cut, overlap=replace(cut.overlap, objection=objection)) if objection else cut
 
-    def _laid(self, found: FoundOverlap, one: ScannedPath, other: ScannedPath) -> tuple[LaidScans, ScannedPath]:
-        """The scans laid on each other, and the other path as they lie best: as its odometer tells it, or scaled."""
-        others = [other]
-        if not found.is_loop and (scale := scale_between(*found.overlap.lengths)):
-            others.append(other.scaled(scale))
+    def _laid(self, found: FoundOverlap, one: ScannedPath, other: ScannedPath) -> tuple[LaidScans, float]:
+        """The scans laid on each other, and the scale of the other's odometer by which they lie best."""
+        scales = [1.0]
+        if not found.is_loop and (its := scale_between(*found.overlap.lengths)):
+            scales.append(its)
         valid = self._settings
-        tried = [(laid_on(one, its, found.views, valid.alike, valid.same), its) for its in others]
+        tried = [(laid_on(one, other.scaled(scale), found.views, valid.alike, valid.same), scale) for scale in scales]
         return max(tried, key=lambda each: each[0].share)
 
     def _going_on(self, one: ScannedPath, other: ScannedPath, laid: LaidScans) -> str:

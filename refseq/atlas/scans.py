@@ -68,7 +68,7 @@ class ScannedPath:
 
     def scaled(self, scale: float) -> "ScannedPath":
         """The same path by an odometer of another scale."""
-        return ScannedPath(self.track * [scale, scale, 1.0], self.ranges)
+        return self if scale == 1.0 else ScannedPath(self.track * [scale, scale, 1.0], self.ranges)
 
     @cached_property
     def _scans(self) -> dict[int, ScanWalls]:

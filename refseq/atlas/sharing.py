@@ -108,6 +108,7 @@ class SharedPlaces:
             sequences[place[free]] = its.sequences[there[mine][free]]
             places[place[free]] = its.places[there[mine][free]]
         self._paths = [_moved(one, own, sequences, places) for one in self._paths]
+        self._paths[giving] = _with_keys_of(self._paths[giving], own)
         self._kept[own] = np.flatnonzero(sequences < 0)
 
     def map(
@@ -153,6 +154,11 @@ def _moved(path: MapPath, own: int, sequences: NDArray[np.intp], places: NDArray
     new_sequences, new_places = path.sequences.copy(), path.places.copy()
     new_sequences[gone], new_places[gone] = sequences[path.places[gone]], places[path.places[gone]]
     return replace(path, sequences=new_sequences, places=new_places)
+
+
+def _with_keys_of(path: MapPath, own: int) -> MapPath:
+    """A path with keys of its views at places of a sequence alone: a place is asked for those of its holder's view."""
+    return replace(path, keys={camera: keys.only(path.sequences == own) for camera, keys in path.keys.items()})
 
 
 def _renumbered(path: MapPath, number: NDArray[np.intp], places: Sequence[NDArray[np.intp]]) -> MapPath:

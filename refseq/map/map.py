@@ -199,6 +199,15 @@ class Map:
             start += len(path)
         return views
 
+    def in_a_row(self, places: NDArray[np.intp], others: NDArray[np.intp] | int, reach: int) -> NDArray[np.bool_]:
+        """True where two places, counted through, were learnt at most ``reach`` views apart along one path.
+
+        Numbers do not tell: where a sequence gave places away, those before and behind follow each other.
+        """
+        one, other = (np.searchsorted(self.first, each, side="right") for each in (places, others))
+        apart = np.abs(self.learnt[places] - self.learnt[others])
+        return np.asarray((one == other) & (apart <= reach), np.bool_)
+
     def _own(self, path: MapPath) -> NDArray[np.bool_]:
         """Mask of the views of a path that hold their place themselves, (K,)."""
         own = np.array([name == path.name for name in self.names])

@@ -1,5 +1,6 @@
 """Record of a merging in its map: which maps were merged, and what a person decided, so that it can be decided anew."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
@@ -28,25 +29,30 @@ class Ruling:
 
 @dataclass(frozen=True, slots=True)
 class MergeRecord:
-    """Maps that were merged, and a person's decisions about them; both empty for a map that was not merged."""
+    """Maps that were merged, and a person's decisions about them; both empty for a map that was not merged.
+
+    ``min_overlap`` [m] is the shortest stretch to be joined by itself that a person asked for, None for the usual.
+    """
 
     members: tuple[Member, ...] = ()
     rulings: tuple[Ruling, ...] = ()
+    min_overlap: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and words, for a map's header."""
-        return asdict(self)
+        """Plain numbers and words, for a map's header; without ``min_overlap`` where nobody asked for one."""
+        return {key: value for key, value in asdict(self).items() if value is not None}
 
     @classmethod
     def from_dict(cls, content: object) -> Self:
         """The inverse of ``to_dict``; ``ValueError`` in one line for what is none."""
-        if not isinstance(content, Mapping) or set(content) != {"members", "rulings"}:
+        if not isinstance(content, Mapping) or set(content) - {"min_overlap"} != {"members", "rulings"}:
             raise ValueError("merged is no table of members and rulings")
         tables = {name: content[name] for name in ("members", "rulings")}
         for name, every in tables.items():
             if not isinstance(every, list) or not all(isinstance(table, Mapping) for table in every):
                 raise ValueError(f"merged.{name} is no list of tables")
-        return cls(tuple(map(_member, tables["members"])), tuple(map(_ruling, tables["rulings"])))
+        members, rulings = tuple(map(_member, tables["members"])), tuple(map(_ruling, tables["rulings"]))
+        return cls(members, rulings, _metres(content["min_overlap"]) if "min_overlap" in content else None)
 
 
 def _member(table: Mapping[str, Any]) -> Member:
@@ -69,6 +75,12 @@ def _ruling(table: Mapping[str, Any]) -> Ruling:
     if not isinstance(one, str) or not isinstance(other, str) or not isinstance(joined, bool):
         raise ValueError("merged.rulings: one is not about two paths by name, joined or not")
     return Ruling(one, other, _stretch(table.get("first")), _stretch(table.get("second")), joined)
+
+
+def _metres(value: object) -> float:
+    if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value < math.inf:
+        raise ValueError(f"merged.min_overlap is {value!r:.80}; valid are metres, 0 or more")
+    return float(value)
 
 
 def _stretch(views: object) -> tuple[int, int]:

@@ -20,12 +20,14 @@ from refseq_bench.scenarios.cli.terminal.options import (
 )
 from refseq_bench.scenarios.cli.terminal.outputs import MAP_TO_WRITE
 from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive, replacement
+from refseq_bench.scenarios.drives.learnt_views import learnt_notes
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     from refseq.atlas.explore import ExploredPath
     from refseq.map.growth.adding import Grown
     from refseq.map.map import Map
+    from refseq_bench.scenarios.maps.explored import Extensible
 
 ADD_HELP = """Examples:
 
@@ -59,20 +61,23 @@ def add(
     check_output(target, of=[drive_file, *selection.chosen().files])
     replacing = replacement(target, [map_file])
     map_ = load_map(map_file)
-    if explore:
-        from refseq_bench.scenarios.maps.explored import check_target
 
-        check_target(map_file, map_, target)
-    drive = read_drive(drive_file, selection.with_noise(seed + 1))
+    from refseq.map.growth.adding import GrowthSettings, add_drive, check_map
+
+    check_map(map_)
     if explore:
         from refseq.atlas.explore import explore as explore_map
+        from refseq_bench.scenarios.maps.explored import extensible
 
-        found = explore_map(map_, drive.views, name=drive_file.stem, metadata=drive.metadata, seed=seed)
+        larger = extensible(map_file, target)
+    drive = read_drive(drive_file, selection.with_noise(seed + 1))
+    if explore:
+        notes = learnt_notes(drive_file, drive.metadata, selection.chosen())
+        found = explore_map(map_, drive.views, name=drive_file.stem, metadata=notes, seed=seed)
         with replacing:
-            _add_paths(found, map_file, drive_file, target, as_json=as_json)
+            _add_paths(found, larger, drive_file, target, as_json=as_json)
         return
 
-    from refseq.map.growth.adding import GrowthSettings, add_drive
     from refseq_bench.scenarios.maps.merge_notes import STRETCHED
 
     rules = GrowthSettings(well=well, most=most)
@@ -90,14 +95,14 @@ def add(
 
 
 def _add_paths(
-    found: Sequence["ExploredPath"], map_file: Path, drive_file: Path, target: Path, *, as_json: bool
+    found: Sequence["ExploredPath"], larger: "Extensible", drive_file: Path, target: Path, *, as_json: bool
 ) -> None:
     """Write what a drive shows off a map as new paths of it, and tell of them and of their joins."""
     from refseq_bench.scenarios.cli.terminal.merged import tell_merged
     from refseq_bench.scenarios.maps.explored import explored_map
     from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
-    made = explored_map(map_file, found, target) if found else None
+    made = explored_map(larger, found, target) if found else None
     if as_json:
         print_json({"paths": [_as_record(one) for one in found], "joins": made.merged.decisions if made else []})
     elif made is None:

@@ -19,6 +19,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     QueryFile,
     Seed,
     Sensors,
+    defaulting,
     flag,
     grouped,
     option,
@@ -33,7 +34,7 @@ from refseq_bench.scenarios.cli.terminal.outputs import (
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_output, read_drive, replacement, words
-from refseq_bench.scenarios.drives.learnt_views import reading_notes, without_reading_notes
+from refseq_bench.scenarios.drives.learnt_views import learnt_notes
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import plural, say
 
@@ -53,15 +54,12 @@ app = group("Merge, compact and compare maps, find routes in them, look into the
 
 app.command("add", cls=BenchCommand, epilog=ADD_HELP)(add)
 
-MinOverlap = Annotated[
-    float,
-    option(
-        "METRES",
-        "Shortest stretch that is joined by itself; from 0.6 of it on with the support of other joins.",
-        min=0,
-        max=1000,
-    ),
-]
+MIN_OVERLAP = option(
+    "METRES",
+    "Shortest stretch that is joined by itself; from 0.6 of it on with the support of other joins.",
+    min=0,
+    max=1000,
+)
 
 
 @grouped
@@ -83,8 +81,6 @@ def learn(
     check_output(output, of=[recording, *selection.chosen().files])
     chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
     drive = read_drive(recording, selection.with_noise(seed), wanted)
-    notes = reading_notes(selection.chosen())
-    metadata = {**without_reading_notes(drive.metadata), "source": recording.name, **notes}
 
     from refseq.map.learning import learn as learn_map
 
@@ -93,7 +89,7 @@ def learn(
         sensors=wanted,
         features=extracted,
         profile=chosen,
-        metadata=metadata,
+        metadata=learnt_notes(recording, drive.metadata, selection.chosen()),
         most_informative=most_informative,
     )
     if not map_.sequence.matrix.N:
@@ -136,7 +132,7 @@ def merge(
         ),
     ] = None,
     confirm: Annotated[bool, flag("--confirm", "Ask about every join on the terminal.")] = False,
-    min_overlap: MinOverlap = 5.0,
+    min_overlap: Annotated[float | None, defaulting(MIN_OVERLAP, "that of the merged MAPs, 5 without one")] = None,
     keep_joins: Annotated[
         bool, flag("--keep-joins", "Add to the first map as it is, without the maps that it was made of.")
     ] = False,
@@ -144,30 +140,31 @@ def merge(
     """Merge maps to one of several paths, which share the places that they have in common; find where a path loops.
 
     A map that was merged before is taken apart into the maps that it was made of, which have to be where they were: so
-    all joins are decided about anew, and the order of merging changes nothing. A person's decisions stay.
+    all joins are decided about anew, and the order of merging changes nothing. A person's decisions stay, and so does
+    --min-overlap.
     """
     from refseq_bench.scenarios.maps import joins, members
     from refseq_bench.scenarios.maps.checks import check_agreeing, check_made, in_order, read_maps
 
     _check_merge_files(output, write_decisions, page, recordings or [])
     replacing = replacement(output, maps)
-    files, before, loaded = members.TakenApart(maps, [], {}) if keep_joins else members.with_members(maps)
+    parts = members.TakenApart(maps, [], {}) if keep_joins else members.with_members(maps)
+    files, least = parts.files, parts.min_overlap(min_overlap)
     # A map that was merged before may be replaced: its members stay.
     check_output(output, write_decisions, page, of=files)
     given = joins.read_decisions(decisions) if decisions else joins.GivenDecisions([], [])
     check_agreeing(given.persons)
-    asked = members.newest(given.persons, before)
-    read = read_maps(files, asked, given.machines, loaded=loaded)
+    asked = members.newest(given.persons, parts.decisions)
+    read = read_maps(files, asked, given.machines, loaded=parts.loaded)
     wishes = in_order(asked, read)
 
     from refseq.atlas.decision import leave_it
     from refseq.atlas.merge import merge_maps
-    from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps.merge_notes import merge_notes
 
-    merged = merge_maps(read, OverlapSettings(least=min_overlap), ask if confirm else leave_it, wishes)
+    merged = merge_maps(read, members.overlap_settings(least), ask if confirm else leave_it, wishes)
     check_made(merged.decisions, joins.BY_A_PERSON)
-    whole = members.with_record(merged, read, files, output, wishes)
+    whole = members.with_record(merged, read, files, output, wishes, least)
     with replacing:
         if write_decisions is not None:
             joins.write_decisions(write_decisions, merged.decisions)
@@ -255,7 +252,7 @@ def similarity(
     other: Annotated[Path, typer.Argument(metavar="OTHER", help="Map to compare with.")],
     output: Annotated[Path | None, CHART] = None,
     arrays: Annotated[Path | None, file_to_write(ARRAYS, "Both matrices to write, there and back")] = None,
-    min_overlap: MinOverlap = 5.0,
+    min_overlap: Annotated[float, MIN_OVERLAP] = 5.0,
     as_json: Json = False,
 ) -> None:
     """Compare the views of two maps, and tell the stretches that they share; nothing is merged."""
@@ -270,7 +267,6 @@ def similarity(
     from refseq_bench.scenarios.maps.similarity import similarity_of, write_arrays
 
     every = merge_maps([first, second], OverlapSettings(least=min_overlap)).decisions
-    matrices = similarity_of(first, second)
     decisions = [decision for decision in every if decision.one != decision.other]
     if as_json:
         print_json(decisions)
@@ -278,6 +274,9 @@ def similarity(
         out.print(decision_table(decisions))
     else:
         say(out, "no view of one leads to the other and back")
+    if arrays is None and output is None:
+        return
+    matrices = similarity_of(first, second)
     if arrays is not None:
         with wrote(arrays, quiet=as_json):
             write_arrays(arrays, matrices)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from refseq.view import View
     from refseq_bench.scenarios.scoring.comparison import Comparison
 
+SOURCE = "source"
+"""Note of a learnt map: the name of its recording."""
 READ_WITH = ("topics", "tolerance", "late")
 """Choices that say what belongs to a view: a recording has other views, or sensors of other names, without them."""
 NOTED = "read_with_"
@@ -38,9 +40,13 @@ def _late_sensors(selection: DriveSelection) -> str | None:
     return ",".join(f"{name}={seconds}" for name, seconds in late.items()) or None
 
 
-def without_reading_notes(metadata: Mapping[str, str]) -> dict[str, str]:
-    """Metadata without such notes: those of another reading, or of a stranger."""
-    return {key: value for key, value in metadata.items() if not key.startswith(NOTED)}
+def learnt_notes(recording: Path, metadata: Mapping[str, str], selection: DriveSelection) -> dict[str, str]:
+    """Metadata of a map that is learnt from a recording: the drive's, the recording's name, and how it is read.
+
+    Notes on another reading, or of a stranger, are left out.
+    """
+    its = {key: value for key, value in metadata.items() if not key.startswith(NOTED)}
+    return {**its, SOURCE: recording.name, **reading_notes(selection)}
 
 
 def place_views(map_: "Map", map_file: Path, recording: Path) -> "tuple[View, ...]":

@@ -128,7 +128,7 @@ class _Look:
         self.paths = (found.other, found.one) if turned else (found.one, found.other)
         self.pairs: NDArray[np.intp] = found.views[:, ::-1] if turned else found.views
         self.names = decision.one, decision.other
-        mine, its = (ScannedPath.of(map_.track(map_.paths[path]), map_.paths[path].scans) for path in self.paths)
+        mine, its = (_scanned(map_, path, found.scale if path == found.other else 1.0) for path in self.paths)
         self._scanned = None if mine is None or its is None else (mine, its)
 
     @cached_property
@@ -183,6 +183,12 @@ class _Look:
             window = self._window(pair)
             scans = drawn_scans(*self._scanned, (mine, its), _motion(self._scanned, window, mine, its), window.share)
         return Spot(mark, title, (mine, its), scans, cameras)
+
+
+def _scanned(map_: Map, path: int, scale: float) -> ScannedPath | None:
+    """A path of a map by an odometer of another scale; None where it has no scans."""
+    found = ScannedPath.of(map_.track(map_.paths[path]), map_.paths[path].scans)
+    return found and found.scaled(scale)
 
 
 def _motion(scanned: tuple[ScannedPath, ScannedPath], window: ScanWindow, mine: int, its: int) -> NDArray[np.float64]:

@@ -9,12 +9,9 @@ import numpy as np
 from refseq.errors import LogError
 from refseq.map.map import Map
 from refseq.map.paths.path import MapPath
-from refseq_bench.scenarios.drives.learnt_views import learnt_plan
+from refseq_bench.scenarios.drives.learnt_views import SOURCE, learnt_plan
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.images import picture
-
-SOURCE = "source"
-"""Note of a learnt map: the name of its recording."""
 
 ViewPictures = Mapping[tuple[str, int], Mapping[str, str]]
 """Pictures as data URIs, by path and view, then by camera; a view without any is left out."""

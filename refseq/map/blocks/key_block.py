@@ -25,7 +25,7 @@ FEWEST = 6
 PRIOR = 8.0
 """So many matches that do not fit are added to those of each place: of few, a large share is worth less."""
 BESIDE = 2
-"""Places of a sequence so many numbers apart are beside each other, and show one wall."""
+"""Places learnt so many views of a path apart are beside each other, and show one wall."""
 ZOOM = 0.1
 """Of places beside each other one counts less the larger or smaller it is seen: by a factor of 0.6 for so much, as a
 logarithm."""
@@ -72,10 +72,7 @@ class KeyBlock:
 
     def beside(self, places: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Pairs of some places that are beside each other, (n, n)."""
-        sequences = np.searchsorted(self._map.first, places, side="right")
-        beside: NDArray[np.bool_] = np.abs(places[:, None] - places) <= BESIDE
-        beside &= sequences[:, None] == sequences
-        return beside
+        return self._map.in_a_row(places[:, None], places, BESIDE)
 
     def _together(self, places: NDArray[np.intp], cameras: Collection[str]) -> list[KeyFit]:
         """The view's keys laid on those of some places, by some cameras together; once, for all that ask."""

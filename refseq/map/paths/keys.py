@@ -48,6 +48,11 @@ class PathKeys:
     def _starts(self) -> NDArray[np.intp]:
         return np.cumsum([0, *self.counts.tolist()])
 
+    def only(self, held: NDArray[np.bool_]) -> Self:
+        """Those of the views ``held`` (V,): all others have none."""
+        its = np.repeat(held, self.counts)
+        return type(self)(np.where(held, self.counts, np.int32(0)), self.points[its], self.packed[its])
+
     def at(self, view: int) -> PictureKeys:
         """The keys of a view; each value of a descriptor is the middle of those that share its upper bits."""
         its = slice(self._starts[view], self._starts[view + 1])

@@ -76,12 +76,11 @@ class UsualViews:
             return
         best = int(np.argmax(belief.places))
         number = self._map.sequence_of(best)
-        low, high = self._map.first[number : number + 2].tolist()
-        near = np.arange(max(low, best - 1), min(high, best + 2))
+        near = np.flatnonzero(self._map.in_a_row(np.arange(len(belief.places)), best, 1))
         if belief.places[self._map.with_twins(near)].sum() < SURE_NEAR:
             return
         one = measured[number]
-        told = {key: float(ratios[best - low]) for key, ratios in one.by_block.items()}
+        told = {key: float(ratios[best - self._map.first[number]]) for key, ratios in one.by_block.items()}
         brought = {key: ratio for key, ratio in told.items() if not math.isnan(ratio)}
         self._last = _Usual(brought, one.noise)
 

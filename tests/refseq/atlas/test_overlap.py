@@ -136,7 +136,8 @@ def test_a_stretch_ends_where_a_path_turns_back_or_goes_on_without_pairs() -> No
     metres = np.arange(20.0)
     runs = {
         "goes on": [[(0, 5), (1, 6), (4, 6), (5, 9)]],
-        "turns back": [[(0, 5), (1, 6)], [(2, 4), (3, 5)]],
+        "the other turns back": [[(0, 5), (1, 6)], [(2, 4), (3, 5)]],
+        "the one turns back": [[(4, 5), (5, 6)], [(2, 7), (3, 8)]],
         "a gap in the one": [[(0, 5), (1, 6)], [(5, 7)]],
         "a gap in the other": [[(0, 5), (1, 6)], [(2, 10)]],
     }

@@ -152,6 +152,42 @@ def test_what_leads_off_the_map_is_told_and_becomes_a_path_of_its_own_when_asked
     assert (again.code, again.out) == (0, "ahead.mcap: leads nowhere off the map; nothing is written\n")
 
 
+def test_a_new_path_tells_its_recording_as_a_learnt_map_does(refseq: Refseq, here: Path) -> None:
+    """So that the page of joins finds its pictures there, read as they were."""
+    words = ("--explore", "-o", "whole.refseq", "--tolerance", "0.05")
+    assert refseq("map", "add", "map.refseq", "ahead.mcap", *words).code == 0
+    notes = Map.load(here / "ahead-1.refseq").metadata
+    assert {key: notes.get(key) for key in ("source", "read_with_tolerance", "robot")} == {
+        "source": "ahead.mcap",
+        "read_with_tolerance": "0.05",
+        "robot": "robuter",
+    }
+
+
+def test_new_paths_are_merged_with_the_shortest_overlap_that_was_asked_for(refseq: Refseq, here: Path) -> None:
+    assert refseq("map", "merge", "map.refseq", "-o", "whole.refseq", "--min-overlap", "40").code == 0
+    assert refseq("map", "add", "whole.refseq", "ahead.mcap", "--explore").code == 0
+    whole = Map.load(here / "whole.refseq")
+    assert (whole.names, whole.record.min_overlap) == (("map", "ahead-1"), 40.0)
+    assert len(whole) == len(Map.load(here / "map.refseq")) + len(Map.load(here / "ahead-1.refseq")), (
+        "nothing is joined"
+    )
+
+
+def test_a_member_that_is_missing_is_told_before_the_drive_is_read_and_none_is_written_over(
+    refseq: Refseq, here: Path
+) -> None:
+    assert refseq("map", "merge", "map.refseq", "-o", "whole.refseq").code == 0
+    answer = refseq("map", "add", "whole.refseq", "ahead.mcap", "--explore", "-o", "map.refseq")
+    told = "becomes one path of the larger map; valid is --output with another name"
+    assert (answer.code, answer.out, answer.err) == (2, "", f"error: map.refseq: {told}\n")
+    (here / "map.refseq").unlink()
+    answer = refseq("map", "add", "whole.refseq", "text.mcap", "--explore")
+    assert (answer.code, answer.out) == (2, "")
+    member = here / "map.refseq"
+    assert answer.err == f"error: whole.refseq: its member {member} is not there; valid is to put it back\n"
+
+
 def test_a_file_that_has_a_new_path_s_name_is_not_written_over(refseq: Refseq, here: Path) -> None:
     (here / "ahead-1.refseq").write_bytes(b"of another drive")
     answer = refseq("map", "add", "map.refseq", "ahead.mcap", "--explore", "-o", "whole.refseq")
@@ -196,7 +232,7 @@ def test_where_the_larger_map_cannot_be_written_no_new_path_stays(
         ("map.refseq none.mcap", "none.mcap: "),
         ("map.refseq text.mcap", "text.mcap: "),
         ("cut.refseq later.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
-        ("thesis.refseq later.mcap", "its matching is mixture, which takes no further experiences"),
+        ("thesis.refseq text.mcap", "its matching is mixture, which takes no further experiences"),
         ("map.refseq later.mcap -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
     ],
 )

@@ -24,6 +24,7 @@ from refseq.map.profile import BEST, THESIS
 from refseq.planar import Pose
 from refseq.view import LASER
 from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.maps import similarity
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
 from refseq_bench.scenarios.maps.joins_page import worst_first
 from refseq_bench.scenarios.maps.routes import leg_table
@@ -152,6 +153,22 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     assert np.abs(np.subtract(turned.first, (16, 27))).max() <= 2
     refseq("map", "merge", "west.refseq", "east.refseq", "-o", "apart.refseq", "--decisions", "joins.toml")
     assert len(Map.load(here / "apart.refseq")) == 56
+
+
+def test_the_shortest_overlap_that_was_asked_for_is_remembered_as_decisions_are(refseq: Refseq, here: Path) -> None:
+    """The two share 10 m: too little where 20 m are asked for, until another number is."""
+    merge = ("map", "merge")
+    assert refseq(*merge, "west.refseq", "east.refseq", "-o", "long.refseq", "--min-overlap", "20").code == 0
+    assert refseq(*merge, "long.refseq", "-o", "again.refseq").code == 0
+    again = Map.load(here / "again.refseq")
+    assert (len(again), again.record.min_overlap) == (56, 20.0)
+    assert refseq(*merge, "again.refseq", "-o", "short.refseq", "--min-overlap", "5").code == 0
+    short = Map.load(here / "short.refseq")
+    assert len(short) < 50
+    assert short.record.min_overlap == 5.0
+    answer = refseq(*merge, "long.refseq", "short.refseq", "-o", "x.refseq")
+    told = "the maps were merged with --min-overlap 5 and 20; valid is to give one for all of them"
+    assert (answer.code, answer.out, answer.err) == (2, "", f"error: {told}\n")
 
 
 @pytest.mark.slow
@@ -676,6 +693,16 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
     image = cv2.imread(str(here / "alike.png"))
     assert image is not None
     assert image.std() > 10
+
+
+def test_matrices_that_nobody_asks_for_are_not_made(
+    refseq: Refseq, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Map] = []
+    monkeypatch.setattr(similarity, "view_similarity", lambda of, to: made.append(of))
+    answer = refseq("map", "similarity", "west.refseq", "east.refseq")
+    assert (answer.code, answer.err, made) == (0, "", [])
+    assert "joined" in answer.out
 
 
 @pytest.mark.parametrize(

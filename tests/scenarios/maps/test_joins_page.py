@@ -2,6 +2,7 @@
 
 import base64
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,12 +11,20 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
+from refseq.atlas.decision import Decision
+from refseq.atlas.found import FoundOverlap
+from refseq.atlas.merge import Merged
+from refseq.atlas.overlap import Overlap, OverlapSettings
+from refseq.atlas.scan_check import ScanCheck
 from refseq.logs import RecordingWriter, read_recording
-from refseq.map.map import Map
+from refseq.map.map import Map, beside
 from refseq.planar import Pose
+from refseq.scan_matching.panorama import panorama
 from refseq.view import View
+from refseq_bench.scenarios.maps.joins_page import write_joins_page
 from refseq_bench.scenarios.maps.view_pictures import view_pictures
 from refseq_bench.scenarios.report.images import FRAME_WIDTH, picture
+from tests.refseq.rooms import bits_drive, bits_sequence, cast, rectangle
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive
 
@@ -169,3 +178,28 @@ def test_a_picture_on_the_page_is_that_of_the_view(here: Path) -> None:
     for camera, uri in found.items():
         whole = cv2.resize(view.images[camera], (FRAME_WIDTH, FRAME_WIDTH * 3 // 4), interpolation=cv2.INTER_AREA)
         assert np.abs(pixels(uri).astype(float) - whole).mean() < 3
+
+
+def test_scans_are_drawn_by_the_scale_of_the_odometer_that_they_lie_by(tmp_path: Path) -> None:
+    """One path's odometer tells a tenth more for each metre: of a window of 5 m no shift lays all scans well."""
+    count = 25
+    posts = [(x, side, x, side / 2) for x in np.arange(12.0, 58.0, 2.0).tolist() for side in (-1.2, 1.2)]
+    walls = [*rectangle(0, -1.2, 60, 1.2), *posts]
+    scans = np.stack([panorama(cast(walls, Pose(10.0 + x, 0.0, 0.0))) for x in range(count)])
+    views = bits_drive({"camera": np.eye(count, dtype=np.bool_)})
+    tracks = [np.column_stack([scale * np.arange(count), np.zeros((count, 2))]) for scale in (1.0, 1.1)]
+    both = beside(
+        [
+            Map.of(replace(bits_sequence(views), odometry=track), name, scans=scans)
+            for name, track in zip(("true", "longer"), tracks, strict=True)
+        ]
+    )
+    pairs = np.column_stack([np.arange(count)] * 2)
+    overlap = Overlap(pairs, (24.0, 26.4), {"camera": 3.0}, evidence=75.0)
+    found = ScanCheck(both, tracks, OverlapSettings()).checked(FoundOverlap(0, 1, pairs, overlap))
+    ends = int(found.views[0, 0]), int(found.views[-1, 0])
+    decision = Decision("true", "longer", ends, ends, found.overlap.lengths, joined=True, why="")
+    write_joins_page(tmp_path / "joins.html", Merged(both, (decision,), (found,)), "Joins")
+    shares = re.findall(r"([\d.]+)% of the beams", (tmp_path / "joins.html").read_text())
+    assert len(shares) >= 3
+    assert min(map(float, shares)) >= 99.0, shares

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refseq.atlas.decision import Decision
 from refseq.atlas.merge import merge_maps
 from refseq.belief import Stage, belief_from
 from refseq.features.key_fit import KeyFit
@@ -181,6 +182,33 @@ def test_places_of_two_sequences_are_not_beside_each_other() -> None:
     beside = KeyBlock(map_).beside(np.array([9, 10, 11, 12, 14, 15]))
     one, other = np.ones((3, 3)), np.array([[1, 1, 0], [1, 1, 1], [0, 1, 1]])
     np.testing.assert_array_equal(beside, np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]))
+
+
+@pytest.fixture(scope="module")
+def merged(asked: Map) -> Map:
+    """The map as a long path, whose views 8 to 11 are at the four places of a short one."""
+    short = learn(drive(range(8, 12)), profile=ASKED, features=["sift"])
+    joined = Decision("short", "long", (0, 3), (8, 11), (0.0, 0.0), joined=True, why="by a person")
+    map_ = merge_maps([short.named("short"), asked.named("long")], wishes=[joined]).map
+    assert map_.first.tolist() == [0, 4, 24]
+    return map_
+
+
+def test_keys_of_views_whose_places_were_given_away_are_not_kept(asked: Map, merged: Map) -> None:
+    long = merged.paths[1]
+    assert np.flatnonzero(long.keys["camera"].counts == 0).tolist() == [8, 9, 10, 11]
+    for view in (*range(8), *range(12, PLACES)):
+        place = int(merged.numbered(long)[view])
+        before, now = asked.keys(view)["camera"], merged.keys(place)["camera"]
+        np.testing.assert_array_equal(now.points, before.points)
+        np.testing.assert_array_equal(now.descriptors, before.descriptors)
+    assert Map.from_bytes(merged.to_bytes()) == merged
+
+
+def test_places_on_both_sides_of_a_stretch_that_was_given_away_are_not_beside_each_other(merged: Map) -> None:
+    beside = KeyBlock(merged).beside(np.array([10, 11, 12, 13]))  # views 6, 7, 12 and 13 of the long one
+    two = np.ones((2, 2))
+    np.testing.assert_array_equal(beside, np.block([[two, 0 * two], [0 * two, two]]))
 
 
 def test_what_does_not_fit_speaks_against_no_place(asked: Map, block: KeyBlock, views: list[View]) -> None:

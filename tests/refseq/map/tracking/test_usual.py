@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from refseq.atlas.decision import Decision
+from refseq.atlas.merge import merge_maps
 from refseq.belief import Belief, Stage, Timings, belief_from
 from refseq.inference.matching.log_ratio import log_calibrated
 from refseq.map.learning import learn
@@ -188,13 +190,18 @@ def test_what_is_not_sure_is_not_remembered(maps: tuple[Map, Map]) -> None:
 SEEING = replace(BEST, log_ratio=replace(BEST.log_ratio, usual=100, blind=0.0))
 """Views are never blind, so that log ratios add up."""
 PLACE = np.eye(COUNT)[3]
+STRAIGHT = bits_map(bits_drive({"camera": np.eye(COUNT, dtype=bool)}), SEEING)
 
 
 def against(
-    usually: Mapping[str, float], brought: Mapping[str, float], power: float = 1.0, places: np.ndarray = PLACE
+    usually: Mapping[str, float],
+    brought: Mapping[str, float],
+    power: float = 1.0,
+    places: np.ndarray = PLACE,
+    map_: Map = STRAIGHT,
 ) -> np.ndarray:
     """Log ratios by what blocks ``brought``, after 40 views at the same place to which they brought what is usual."""
-    usual = UsualViews(bits_map(bits_drive({"camera": np.eye(COUNT, dtype=bool)}), SEEING))
+    usual = UsualViews(map_)
     view = Measurement(places, 0.85, Timings(), np.zeros(COUNT), power=power)
     rich, poor = (
         replace(view, by_block={key: np.full(COUNT, nats) for key, nats in of.items()}) for of in (usually, brought)
@@ -229,3 +236,14 @@ def test_a_block_that_was_not_asked_at_its_place_has_nothing_usual() -> None:
 def test_a_place_is_sure_where_it_and_its_neighbours_hold_the_belief(beside: int, remembered: bool) -> None:
     shared = 0.55 * PLACE + 0.45 * np.eye(COUNT)[beside]
     assert (against(RICH, POOR, places=shared) < 0).all() == remembered
+
+
+@pytest.mark.parametrize(("at", "remembered"), [(2, True), (4, False)])
+def test_a_place_behind_a_stretch_that_was_given_away_is_no_neighbour(at: int, remembered: bool) -> None:
+    """Views 4 to 7 of the path are places of another: its places 3 and 4 lie 5 m apart."""
+    other = bits_map(bits_drive({"camera": np.eye(COUNT, dtype=bool)[4:8]}), SEEING)
+    joined = Decision("other", "path", (0, 3), (4, 7), (0.0, 0.0), joined=True, why="by a person")
+    map_ = merge_maps([STRAIGHT.named("path"), other.named("other")], wishes=[joined]).map
+    assert [len(one) for one in map_.sequences] == [COUNT - 4, 4]
+    shared = 0.55 * PLACE + 0.45 * np.eye(COUNT)[at]
+    assert (against(RICH, POOR, places=shared, map_=map_) < 0).all() == remembered
