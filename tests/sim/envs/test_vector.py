@@ -109,6 +109,21 @@ def test_some_may_rest_and_others_may_be_another_robot_by_now() -> None:
     assert np.array_equal(beside[1].data.qpos, apart[1].data.qpos)
 
 
+def test_who_broke_and_is_set_down_goes_on_as_alone() -> None:
+    """Its warnings are forgiven, and the batch has none of its own to remember."""
+    together, fates = PhysicsBatch(), (None, spoil)
+    beside, apart = [[bench("rooms:0", i) for i in range(2)] for _ in range(2)]
+    together.run({i: going(robot, 0.0, fates[i]) for i, robot in enumerate(beside)})
+    for robot, fate in zip(apart, fates, strict=True):
+        alone(going(robot, 0.0, fate))
+    assert [robot.fault is None for robot in beside] == [True, False]
+    for robot in (beside[1], apart[1]):
+        carry(robot)
+    joint = together.run({i: going(robot, 0.2) for i, robot in enumerate(beside)})
+    assert list(joint.values()) == [alone(going(robot, 0.2)) for robot in apart]
+    assert beside[1].fault is None
+
+
 def test_no_simulation_steps_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = {i: going(bench(world, i), 0.0) for i, world in enumerate(MIXED)}
 
