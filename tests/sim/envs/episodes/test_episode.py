@@ -50,6 +50,19 @@ def test_the_reward_is_the_progress_along_the_corridor() -> None:
     assert info["pose"][0] - start > 1.0
 
 
+def test_the_odometer_tells_of_a_step_what_the_robot_went_seen_from_where_it_began() -> None:
+    env = made("CrossDoorTwist")
+    _, info = env.reset(seed=2)
+    for _ in range(8):
+        before = info["pose"]
+        seen, *_, info = env.step(np.array([0.6, 0.8], np.float32))
+    x, y, turn = info["pose"] - before
+    cos, sin = math.cos(before[2]), math.sin(before[2])
+    ahead, left = cos * x + sin * y, cos * y - sin * x
+    assert min(ahead, turn) > 0.03
+    assert seen["odometry"][2:] == pytest.approx([ahead, left, turn], abs=5e-3)
+
+
 def test_the_rewards_of_a_door_add_up_to_the_way_and_the_end() -> None:
     env = gym.make("refseq/CrossDoor-v0")
     _, info = env.reset(seed=0)
