@@ -145,6 +145,28 @@ def test_drawing_lights_apart_gives_what_drawing_them_together_gives(monkeypatch
 
 
 @needs_vulkan
+def test_the_sky_is_as_bright_by_two_passes_as_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = mujoco.MjSpec()
+    sky = spec.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=16, height=96, nchannel=3)
+    sky.data = np.full((96, 16, 3), 255, np.uint8).tobytes()
+    spec.worldbody.add_camera(name="eye")
+    for shadow in (True, False):
+        spec.worldbody.add_light(intensity=1.0, castshadow=shadow)
+    prepare_spec(spec)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    drawn = []
+    for passes, many in ((1, 30), (2, 1)):
+        monkeypatch.setattr("refseq_bench.sim.rendering.filament.MANY_LAMPS", many)
+        assert len(split_lights(model)) == passes
+        with open_renderer("filament", model) as renderer:
+            drawn.append(renderer.radiance(data, "eye", 32, 24))
+    assert drawn[0].min() > 0.0
+    np.testing.assert_allclose(drawn[1], drawn[0], rtol=1e-5)
+
+
+@needs_vulkan
 @pytest.mark.parametrize("many", [1, 30])
 def test_frames_repeat_bit_by_bit_in_any_order_of_sizes(many: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("refseq_bench.sim.rendering.filament.MANY_LAMPS", many)
