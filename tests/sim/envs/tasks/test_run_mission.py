@@ -63,10 +63,12 @@ def test_who_comes_near_the_lane_back_has_come_no_further_than_it_went() -> None
     """After 10 m the path comes back 1 m beside itself."""
     hairpin = np.concatenate([PLACES[:11], PLACES[10::-1][:10] - (1.0, 0.0)])
     ground = replace(GROUND, route=hairpin, places=hairpin)
-    episode = RunMissionTask("[LI15]").episode(ground, np.random.default_rng(0))
-    assert episode.begin(at(0.0, "")) == pytest.approx(15.0)
-    episode.judge(at(0.5, x=ASIDE - 0.6))
-    rewards = [episode.judge(at(along, x=ASIDE - 0.6)).reward for along in (1.0, 1.5, 2.0)]
+    episode = RunMissionTask("[LI19]").episode(ground, np.random.default_rng(0))
+    assert episode.begin(at(0.0, "")) == pytest.approx(19.0)
+    for along in (1.5, 3.0):
+        episode.judge(at(along))
+    episode.judge(at(3.5, x=ASIDE - 0.6))
+    rewards = [episode.judge(at(along, x=ASIDE - 0.6)).reward for along in (4.0, 4.5, 5.0)]
     assert rewards == pytest.approx([0.5, 0.5, 0.5])
 
 
