@@ -98,7 +98,7 @@ class ByBehaviour:
 
 
 class ByTwist:
-    """Actions are (2,) float32 within ±1: speed ahead and turn rate to the left, as shares of the robot's ``limits``."""
+    """Actions are (2,) float32 within ±1: speed ahead and turn rate to the left as shares of the robot's ``limits``."""
 
     period = 0.2
     behaviour, going = "", None

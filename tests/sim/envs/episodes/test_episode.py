@@ -63,6 +63,16 @@ def test_the_odometer_tells_of_a_step_what_the_robot_went_seen_from_where_it_beg
     assert seen["odometry"][2:] == pytest.approx([ahead, left, turn], abs=5e-3)
 
 
+@pytest.mark.parametrize(("name", "ahead", "lasts"), [("CrossDoorTwist", (0.5, 0.0), 0.2), ("CrossDoor", 3, 1.0)])
+def test_an_action_that_goes_on_lasts_as_long_as_the_page_says(name: str, ahead: Any, lasts: float) -> None:
+    env = made(name)
+    _, begun = env.reset(seed=2)
+    for _ in range(2):
+        *_, info = env.step(ahead)
+    assert info["outcome"] == "running"
+    assert info["time"] - begun["time"] == pytest.approx(2 * lasts)
+
+
 def test_the_rewards_of_a_door_add_up_to_the_way_and_the_end() -> None:
     env = gym.make("refseq/CrossDoor-v0")
     _, info = env.reset(seed=0)
