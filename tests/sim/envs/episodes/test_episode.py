@@ -207,6 +207,18 @@ def test_the_belief_is_that_of_a_localiser_that_is_given_the_same_views(monkeypa
     assert len(seen["belief"]) == len(env.places) + 1
 
 
+def test_what_a_mission_asks_comes_nearer_between_two_views_by_what_the_odometer_went() -> None:
+    env, counted = made("MissionTwist", mission="[LD]"), 0
+    seen, _ = env.reset(seed=3)
+    for _ in range(12):
+        before, believed = seen["asked"][0, 0], env.belief
+        seen, *_ = env.step((1.0, 0.0))
+        if env.belief is believed:
+            assert before - seen["asked"][0, 0] == pytest.approx(math.hypot(*env.motion[:2]), abs=1e-3)
+            counted += env.motion[0] > 0.05
+    assert counted > 3
+
+
 def test_a_robot_that_is_carried_off_begins_with_a_wrong_belief() -> None:
     """Beliefs from the led drive hold for the old place: over some episodes next to nothing speaks for the new one."""
     env = made("Recover")
