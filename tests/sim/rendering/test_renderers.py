@@ -100,6 +100,8 @@ def test_light_from_all_sides_gives_what_is_asked_for() -> None:
     even = spec.add_texture(name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
     even.data = np.full((96, 16, 3), 255, np.uint8).tobytes()
     spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_IMAGE, texture="even", intensity=1.0, diffuse=[0] * 3)
+    sun = {"dir": [0, 0, -1], "intensity": 1000.0, "diffuse": [1] * 3, "castshadow": False}
+    spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, **sun)  # which stays as it is
     prepare_spec(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -107,8 +109,11 @@ def test_light_from_all_sides_gives_what_is_asked_for() -> None:
     with open_renderer(RendererKind.FILAMENT, model) as renderer:
         for lux in (50.0, 400.0):
             renderer.light_around(partial(float, lux))
-            assert centre(renderer.radiance(data, "down", 160, 120)) == pytest.approx(lux * ALBEDO / np.pi, rel=0.02)
-    assert model.light_intensity.tolist() == [1.0]
+            lit = (lux + 1000.0) * ALBEDO / np.pi
+            assert centre(renderer.radiance(data, "down", 160, 120)) == pytest.approx(
+                lit, abs=0.02 * lux * ALBEDO / np.pi
+            )
+    assert model.light_intensity.tolist() == [1.0, 1000.0]
 
 
 @needs_vulkan
