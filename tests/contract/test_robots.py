@@ -1,6 +1,7 @@
 """What holds for every robot: its model, and a Control layer that nothing which comes in can upset."""
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,6 +17,7 @@ from refseq_bench import robots
 from refseq_bench.robots import Cause, Inertial, Robot, Signals, Twist
 from refseq_bench.robots.odometry import Pulses, true_geometry
 from refseq_bench.robots.sensor_mast import COLLISION_GROUP, VISUAL_GROUP
+from tests.pages import ROOT
 
 every_robot = pytest.mark.parametrize("name", robots.names())
 
@@ -82,6 +84,19 @@ def _corners(model: mujoco.MjModel) -> Iterator[NDArray[np.float64]]:
     for geom in np.flatnonzero(model.geom_group == COLLISION_GROUP):
         reach = np.abs(data.geom_xmat[geom].reshape(3, 3)) @ model.geom_aabb[geom, 3:]
         yield data.geom_xpos[geom] + np.stack([reach, -reach])
+
+
+LASER = re.compile(r"^\| `laser` \| (\S+) m ahead of the axle, scan plane (\S+) m above the floor", re.MULTILINE)
+
+
+@every_robot
+def test_its_scan_plane_is_where_its_page_says(name: str, compiled: dict[str, mujoco.MjModel]) -> None:
+    row = LASER.search((ROOT / "robots" / name.partition("-")[0] / "README.md").read_text())
+    assert row is not None
+    data = mujoco.MjData(compiled[name])
+    mujoco.mj_forward(compiled[name], data)
+    ahead, _, height = data.site(robots.load(name).laser).xpos
+    assert (ahead, height) == pytest.approx((float(row[1]), float(row[2])), abs=1e-6)
 
 
 # --- signals that nobody would believe ---

@@ -1,6 +1,7 @@
 """Robots of one make: what is drawn, and what uneven rolling makes of a heading."""
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -35,8 +36,14 @@ def test_the_spread_is_that_which_is_declared() -> None:
     robots = [built(DRIVE, CAMERAS, spread, unit) for unit in range(1000)]
     bends = [(r.believed.right_radius / r.believed.left_radius - 1) for r in robots]
     assert np.std(bends) == pytest.approx(spread.calibration.mismatch, rel=0.1)
-    assert np.std([r.cameras["camera-1"].tilt for r in robots]) == pytest.approx(spread.camera.tilt, rel=0.1)
+    for mounts, declared in (
+        ([r.cameras["camera-1"] for r in robots], spread.camera),
+        ([r.cameras["camera-2"] for r in robots], spread.camera),
+        ([r.laser for r in robots], spread.laser),
+    ):
+        assert np.std([astuple(mount) for mount in mounts], axis=0) == pytest.approx(astuple(declared), rel=0.1)
     walks = np.array([r.walk for r in robots])
+    assert len(set(walks)) == len(robots)
     assert (walks.min() >= spread.walk[0], walks.max() <= spread.walk[1]) == (True, True)
     assert np.median(walks) == pytest.approx(math.sqrt(spread.walk[0] * spread.walk[1]), rel=0.1)
 

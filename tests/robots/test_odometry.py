@@ -1,4 +1,6 @@
 import math
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -100,6 +102,14 @@ def test_beliefs_spread_as_asked() -> None:
     assert np.std((right - left) / 0.12) == pytest.approx(0.0006, rel=0.05)
     assert np.std(track / 0.62) == pytest.approx(0.003, rel=0.05)
     assert np.mean(track) == pytest.approx(0.62, rel=3e-4)
+
+
+def test_a_mismatch_is_the_right_wheels_excess_over_the_left_one() -> None:
+    drawn = SimpleNamespace(normal=lambda mean, sigma, count: np.ones(count))
+    believed = believed_geometry(DRIVE, CalibrationErrors(0.0, 0.002, 0.01), cast("np.random.Generator", drawn))
+    assert believed.right_radius / believed.left_radius == pytest.approx(1.002, abs=1e-5)
+    assert (believed.left_radius + believed.right_radius) / 2 == pytest.approx(0.12)
+    assert believed.track == pytest.approx(0.62 * 1.01)
 
 
 def test_without_errors_a_robot_believes_the_truth() -> None:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -191,12 +191,9 @@ def _transform(message: Any) -> Transform:
     )
 
 
-def _transforms(message: Any) -> FoxgloveMessage:
+def _transforms(message: Any) -> FoxgloveMessage | None:
     FRAMES.check(len(message.transforms), "a message has")
+    if not message.transforms:
+        return None
     stamps = [stamp for one in message.transforms if (stamp := _stamp(one)) is not None]
-    return FoxgloveMessage(max(stamps, default=None), "", "", tuple(_all(message.transforms)))
-
-
-def _all(transforms: Any) -> Iterator[Transform]:
-    for one in transforms:
-        yield _transform(one)
+    return FoxgloveMessage(max(stamps, default=None), "", "", tuple(map(_transform, message.transforms)))

@@ -98,10 +98,7 @@ class ByBehaviour:
 
 
 class ByTwist:
-    """Actions are (2,) float32 within ±1: speed ahead and turn rate to the left, as shares of the robot's ``limits``.
-
-    Where both are large the robot goes slower along the same arc.
-    """
+    """Actions are (2,) float32 within ±1: speed ahead and turn rate to the left as shares of the robot's ``limits``."""
 
     period = 0.2
     behaviour, going = "", None
@@ -129,7 +126,7 @@ class ByTwist:
         if given.shape != (2,) or not np.isfinite(given).all():
             raise SimError(f"action {action!r} is not valid; valid are two finite numbers from -1 to 1")
         ahead, turn = np.clip(given, -1.0, 1.0).tolist()
-        self._twist = self._limits.limited(Twist(ahead * self._limits.speed, turn * self._limits.turn_rate))
+        self._twist = Twist(ahead * self._limits.speed, turn * self._limits.turn_rate)
 
     def step(self, senses: Senses) -> BehaviourStep:
         """Go on with the twist."""

@@ -261,12 +261,13 @@ def test_the_exposure_trails_a_change_of_light_by_the_cameras_lag(corridor: Worl
 def test_the_light_from_all_sides_is_that_of_the_place(lamp: Lamp) -> None:
     window = 'window = [{ name = "w", wall = "right", at = 6.5 }]'
     world = build_world(parse_plan(SMALL.format(top=window, end="")), light_named("16:00"), seed=0)
-    with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:
+    with bench_in(world, settings=BenchSettings()) as bench:
+        eyes = [bench.data.camera(f"robuter/{name}") for name in ("camera-1", "camera-2")]
         for x in (1.0, 5.5):
             bench.place(Pose(x, 0.0, 0.0))
             bench.sense()
-            assert lamp.around[-1] == world.ambient.at(bench.data.camera("robuter/camera-1").xpos)
-    assert 0.0 < lamp.around[0] < lamp.around[1]
+            assert lamp.around[-2:] == [world.ambient.at(eye.xpos) for eye in eyes]
+    assert 0.0 < lamp.around[0] < lamp.around[2]
 
 
 def test_nothing_is_drawn_for_a_covered_camera(corridor: World, lamp: Lamp) -> None:

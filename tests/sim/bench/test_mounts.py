@@ -19,7 +19,7 @@ def robuter(**more: object) -> Bench:
 
 
 def test_cameras_and_laser_are_raised_and_turned_by_the_individuals_errors() -> None:
-    with robuter() as drawn, robuter(spread=spread_named(AS_BUILT), unit=4) as built:
+    with robuter() as drawn, robuter(spread=spread_named(AS_BUILT), unit=0) as built:
         robot, cameras = built.individual, ("camera-1", "camera-2")
         assert {error.raised for error in drawn.individual.cameras.values()} == {0.0}
         for name in cameras:
@@ -41,6 +41,8 @@ def test_cameras_and_laser_are_raised_and_turned_by_the_individuals_errors() -> 
         assert math.asin(beam @ left) == pytest.approx(robot.laser.pan, abs=1.5e-3)
         assert math.asin(beam @ up) == pytest.approx(robot.laser.tilt, abs=1.5e-3)
         assert np.asarray(beam @ ahead) > 0.99
+        # Clockwise as seen from behind: the left side comes up.
+        assert math.asin(moved.xmat.reshape(3, 3)[:, 1] @ up) == pytest.approx(robot.laser.roll, abs=1.5e-3)
         assert moved.xpos[2] - plain.xpos[2] == pytest.approx(robot.laser.raised, abs=1e-6)
 
 

@@ -16,6 +16,7 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
+from tests.sim.bench.lamp import Lamp
 from tests.worlds.conftest import SMALL
 
 BOX = """
@@ -30,8 +31,8 @@ material = "door"
 """
 
 
-def corridor(end: str = "") -> World:
-    return with_chase_camera(build_world(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), 0))
+def corridor(end: str = "", top: str = "") -> World:
+    return with_chase_camera(build_world(parse_plan(SMALL.format(top=top, end=end)), light_named("16:00"), 0))
 
 
 def eyes(world: World, pose: Pose, bearing: float, name: str = "robuter") -> np.ndarray:
@@ -62,6 +63,18 @@ def test_it_looks_past_what_hides_the_robot_or_its_wheels(height: float) -> None
     free = eyes(corridor(), Pose(4.0, 0.0, 0.0), math.radians(160))
     hidden = eyes(corridor(hiding), Pose(4.0, 0.0, 0.0), math.radians(160))
     assert math.dist(free, hidden) > 0.5
+
+
+def test_it_sees_in_the_light_that_is_where_it_stands() -> None:
+    window = 'window = [{ name = "w", wall = "right", at = 6.5 }]'
+    settings, lamp = BenchSettings(renderer=RendererKind.NONE, cameras=()), Lamp(100.0)
+    with Bench(corridor(top=window), robots.load("robuter"), settings=settings) as bench:
+        bench.renderer = lamp
+        for x in (2.0, 5.0):
+            bench.place(Pose(x, 0.0, 0.0))
+            ChaseCamera(bench, math.pi).look()
+            assert lamp.around[-1] == bench.world.ambient.at(bench.data.camera(CAMERA).xpos)
+    assert lamp.around[0] != lamp.around[1]
 
 
 def test_the_middle_of_a_picture_is_never_dark() -> None:

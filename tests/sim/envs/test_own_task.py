@@ -3,6 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import cast
 
 import gymnasium as gym
@@ -11,12 +12,12 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 
-from refseq_bench.sim.envs import RobotEnv, register_task
+from refseq_bench.sim.envs import Episode, RobotEnv, TaskGround, register_task
 from refseq_bench.sim.envs.tasks.by_name import TASKS, task_named
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.drivers import gl_backend
 from tests.sim.envs import go_home
-from tests.sim.envs.go_home import GoHome
+from tests.sim.envs.go_home import GoHome, Homewards
 
 WHERE = go_home.__name__
 
@@ -75,6 +76,18 @@ def test_the_robot_stands_as_the_task_says_whether_it_needs_room_to_turn_or_not(
     start = env._running.episode.start
     env.close()
     assert info["pose"] == pytest.approx([start.x, start.y, start.heading], abs=0.02)
+
+
+def test_each_episode_has_noise_of_its_own() -> None:
+    class FromHere(GoHome):
+        def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
+            return Homewards(ground, ground.way.pose(4.0, 0.0, math.pi))
+
+    env = RobotEnv(FromHere, "corridor:3")
+    first, again, other, next_one = (env.reset(seed=seed)[0]["scan"] for seed in (1, 1, 2, None))
+    env.close()
+    assert np.array_equal(first, again)
+    assert not any(np.array_equal(one, two) for one, two in pairwise([first, other, next_one, first]))
 
 
 def test_workers_find_it(ids: tuple[str, ...]) -> None:

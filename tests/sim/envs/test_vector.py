@@ -13,8 +13,9 @@ from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.envs.vector import PhysicsBatch
 from refseq_bench.sim.envs.worlds.named import world_named
-from refseq_bench.sim.physics import Due, alone
+from refseq_bench.sim.physics import Due, Physics, alone
 from refseq_bench.sim.rendering.renderer import RendererKind
+from tests.sim.test_physics import BALL
 
 BLIND = BenchSettings(renderer=RendererKind.NONE, cameras=())
 PERIODS = 12
@@ -107,6 +108,34 @@ def test_some_may_rest_and_others_may_be_another_robot_by_now() -> None:
     lone = [alone(going(apart[i], 0.2)) for i in (0, 2)]
     assert list(joint.values()) == lone
     assert np.array_equal(beside[1].data.qpos, apart[1].data.qpos)
+
+
+def test_who_broke_and_is_set_down_goes_on_as_alone() -> None:
+    """Its warnings are forgiven, and the batch has none of its own to remember."""
+    together, fates = PhysicsBatch(), (None, spoil)
+    beside, apart = [[bench("rooms:0", i) for i in range(2)] for _ in range(2)]
+    together.run({i: going(robot, 0.0, fates[i]) for i, robot in enumerate(beside)})
+    for robot, fate in zip(apart, fates, strict=True):
+        alone(going(robot, 0.0, fate))
+    assert [robot.fault is None for robot in beside] == [True, False]
+    for robot in (beside[1], apart[1]):
+        carry(robot)
+    joint = together.run({i: going(robot, 0.2) for i, robot in enumerate(beside)})
+    assert list(joint.values()) == [alone(going(robot, 0.2)) for robot in apart]
+    assert beside[1].fault is None
+
+
+def test_those_that_are_alike_but_for_their_steps_each_take_their_own() -> None:
+    def falling(steps: int) -> Generator[Due, None, tuple[float, float]]:
+        model = mujoco.MjModel.from_xml_string(BALL)
+        physics = Physics(model, mujoco.MjData(model))
+        for _ in range(4):
+            yield Due(physics, steps)
+        return float(physics.data.qpos[2]), physics.data.time
+
+    counts = (3, 5, 3)
+    joint = PhysicsBatch().run({i: falling(steps) for i, steps in enumerate(counts)})
+    assert list(joint.values()) == [alone(falling(steps)) for steps in counts]
 
 
 def test_no_simulation_steps_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -100,6 +100,8 @@ def test_light_from_all_sides_gives_what_is_asked_for() -> None:
     even = spec.add_texture(name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
     even.data = np.full((96, 16, 3), 255, np.uint8).tobytes()
     spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_IMAGE, texture="even", intensity=1.0, diffuse=[0] * 3)
+    sun = {"dir": [0, 0, -1], "intensity": 1000.0, "diffuse": [1] * 3, "castshadow": False}
+    spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, **sun)  # which stays as it is
     prepare_spec(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -107,8 +109,11 @@ def test_light_from_all_sides_gives_what_is_asked_for() -> None:
     with open_renderer(RendererKind.FILAMENT, model) as renderer:
         for lux in (50.0, 400.0):
             renderer.light_around(partial(float, lux))
-            assert centre(renderer.radiance(data, "down", 160, 120)) == pytest.approx(lux * ALBEDO / np.pi, rel=0.02)
-    assert model.light_intensity.tolist() == [1.0]
+            lit = (lux + 1000.0) * ALBEDO / np.pi
+            assert centre(renderer.radiance(data, "down", 160, 120)) == pytest.approx(
+                lit, abs=0.02 * lux * ALBEDO / np.pi
+            )
+    assert model.light_intensity.tolist() == [1.0, 1000.0]
 
 
 @needs_vulkan
@@ -142,6 +147,28 @@ def test_drawing_lights_apart_gives_what_drawing_them_together_gives(monkeypatch
         assert renderer.radiance(data, "down", 320, 240) == pytest.approx(apart, rel=0.01)
     dark = 1000 / np.sqrt(2) * ALBEDO / np.pi
     assert apart[120, 160 - 60 : 160 + 60].max() - apart[120, 160 - 60 : 160 + 60].min() > 0.8 * dark
+
+
+@needs_vulkan
+def test_the_sky_is_as_bright_by_two_passes_as_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = mujoco.MjSpec()
+    sky = spec.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=16, height=96, nchannel=3)
+    sky.data = np.full((96, 16, 3), 255, np.uint8).tobytes()
+    spec.worldbody.add_camera(name="eye")
+    for shadow in (True, False):
+        spec.worldbody.add_light(intensity=1.0, castshadow=shadow)
+    prepare_spec(spec)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    drawn = []
+    for passes, many in ((1, 30), (2, 1)):
+        monkeypatch.setattr("refseq_bench.sim.rendering.filament.MANY_LAMPS", many)
+        assert len(split_lights(model)) == passes
+        with open_renderer("filament", model) as renderer:
+            drawn.append(renderer.radiance(data, "eye", 32, 24))
+    assert drawn[0].min() > 0.0
+    np.testing.assert_allclose(drawn[1], drawn[0], rtol=1e-5)
 
 
 @needs_vulkan

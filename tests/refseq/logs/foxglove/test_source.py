@@ -1,13 +1,16 @@
 """MCAP files of others: which of their channels are read, and what is told of those that are not."""
 
 from pathlib import Path
+from typing import cast
 
 import foxglove
 import pytest
 from foxglove import channels, messages
 
+from refseq.errors import LogError
 from refseq.logs import open_log
-from refseq.logs.source import Role
+from refseq.logs.source import EMPTY, Role
+from refseq.logs.transforms import Transform
 from refseq.planar import Pose
 from tests.refseq.logs.foxglove_drive import ns, pose_message
 
@@ -40,3 +43,46 @@ def test_of_two_schemas_on_a_topic_the_one_with_more_messages_is_read(
     assert roles == {skipped: Role.IGNORED, **{one: role for one in roles if one != skipped}}
     assert [sample.topic for sample in source.samples(["/pose"])] == ["/pose"] * 9
     assert source.skipped == {skipped: 3}
+
+
+def write_transforms(path: Path, transforms: list[messages.FrameTransform]) -> Path:
+    """One message of all of them."""
+    context = foxglove.Context()
+    with foxglove.open_mcap(str(path), context=context):
+        channel = channels.FrameTransformsChannel("/tf", context=context)
+        channel.log(messages.FrameTransforms(transforms=transforms), log_time=ns(9.0))
+    return path
+
+
+@pytest.mark.parametrize(("stamps", "time"), [((3, 5, 4), 5.0), ((None, 3, None), 3.0), ((None, None), 9.0)])
+def test_transforms_in_one_message_are_as_of_the_newest_that_has_a_stamp(
+    tmp_path: Path, stamps: tuple[int | None, ...], time: float
+) -> None:
+    transforms = [
+        messages.FrameTransform(
+            timestamp=None if stamp is None else messages.Timestamp(sec=stamp, nsec=0),
+            parent_frame_id="odom",
+            child_frame_id=f"part-{number}",
+        )
+        for number, stamp in enumerate(stamps)
+    ]
+    (sample,) = open_log(write_transforms(tmp_path / "tf.mcap", transforms)).samples()
+    assert (sample.time, sample.unstamped) == (time, not any(stamps))
+    assert [one.child for one in cast("tuple[Transform, ...]", sample.content)] == [
+        f"part-{n}" for n in range(len(stamps))
+    ]
+
+
+def test_a_message_without_transforms_tells_nothing_and_is_no_clock_at_zero(tmp_path: Path) -> None:
+    source = open_log(write_transforms(tmp_path / "tf.mcap", []))
+    assert list(source.samples()) == []
+    assert source.skipped == {f"foxglove.FrameTransforms{EMPTY}": 1}
+
+
+def test_transforms_without_end_in_one_message_are_damage(tmp_path: Path) -> None:
+    again = messages.FrameTransform(parent_frame_id="odom", child_frame_id="base_link")
+    source = open_log(write_transforms(tmp_path / "tf.mcap", [again] * 4097))
+    with pytest.raises(
+        LogError, match="topic /tf: a message has 4097 coordinate frames in a log; valid are at most 4096"
+    ):
+        list(source.samples())

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
+from refseq.errors import LogError
 from refseq.logs.ros.decoder import RosDecoder, Serialization
 from refseq.logs.source import AngularRates, CameraCalibration, GeoFix, Role, Sample
 from refseq.planar import Pose
@@ -49,16 +50,27 @@ def test_of_several_echoes_the_first_counts() -> None:
     assert (found.time, found.logged, found.frame) == (12.5, 13.0, "laser")
 
 
-def test_a_body_followed_by_cameras_on_the_wall_is_the_truth() -> None:
-    at, turn = turned_left(1.0, 2.0)
+def moved_to(frame: str, child: str, x: float, y: float) -> Any:
+    """A transform that turns left."""
+    at, turn = turned_left(x, y)
     moved = made("geometry_msgs/Transform", made("geometry_msgs/Vector3", *at), turn)
-    message = made("geometry_msgs/TransformStamped", header("vicon"), "/robot", moved)
+    return made("geometry_msgs/TransformStamped", header(frame), child, moved)
+
+
+def test_a_body_followed_by_cameras_on_the_wall_is_the_truth() -> None:
+    message = moved_to("vicon", "/robot", 1.0, 2.0)
     found = read("/vicon/robot", message)
     assert found is not None
     assert isinstance(found.content, Pose)
     assert (found.content.x, found.content.y, found.content.heading) == pytest.approx((1.0, 2.0, math.pi / 2))
     assert (found.frame, found.child) == ("vicon", "robot")
     assert RosDecoder(Serialization.CDR).role("/vicon/robot", message.__msgtype__) is Role.TRUTH
+
+
+def test_transforms_without_end_in_one_message_are_damage() -> None:
+    again = [moved_to("odom", "base_link", 0.0, 0.0)] * 4097
+    with pytest.raises(LogError, match="a message has 4097 coordinate frames in a log; valid are at most 4096"):
+        read("/tf", made("tf2_msgs/TFMessage", again))
 
 
 @pytest.mark.parametrize("uncertain", [True, False])

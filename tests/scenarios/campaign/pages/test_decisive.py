@@ -63,6 +63,16 @@ def test_off_the_map_rejections_count() -> None:
     assert undecided(EASY.model_copy(update={"methods": (telling, EASY.methods[1])})) == ""
 
 
+def test_where_the_seeds_agree_they_can_show_a_view_of_the_shortest_drive() -> None:
+    views = {1: 100, 2: 50, 3: 20, 4: 40, 5: 80}
+    ours, other = (
+        one.model_copy(update={"runs": {seed: RunRecord(right=of // part, of=of) for seed, of in views.items()}})
+        for one, part in zip(asked("agreed", a=[0], b=[0]).methods, (1, 2), strict=True)
+    )
+    (row,) = comparison_rows(case("agreed", Verdict.PASSED, methods=(ours, other)))
+    assert (row.difference, row.smallest) == ("+50.0", "5.0")
+
+
 def test_comparisons_are_corrected_over_all_cases() -> None:
     record = campaign(EASY, TELLING)
     by_name = {(one.case, one.method): one for one in corrected(record)}

@@ -273,6 +273,18 @@ def test_a_drive_without_images_asks_for_no_device(monkeypatch: pytest.MonkeyPat
     assert recording_key(Drive(renderer=RendererKind.NONE))
 
 
+def test_a_drive_is_keyed_by_the_content_of_the_files_that_it_names_wherever_they_lie(tmp_path: Path) -> None:
+    def key(folder: str, plan: str, lens: str) -> str:
+        world, camera = tmp_path / folder / "mine.toml", tmp_path / folder / "lens.toml"
+        world.parent.mkdir(exist_ok=True)
+        world.write_text(plan)
+        camera.write_text(lens)
+        return recording_key(Drive(world=str(world), cameras={"camera-1": str(camera)}, renderer=RendererKind.NONE))
+
+    assert key("here", "plan", "lens") == key("there", "plan", "lens")
+    assert len({key("here", *content) for content in (("plan", "lens"), ("other", "lens"), ("plan", "other"))}) == 3
+
+
 def test_a_log_is_keyed_by_its_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("REFSEQ_RECORDINGS", "REFSEQ_CACHE"):
         monkeypatch.setenv(name, str(tmp_path))

@@ -65,6 +65,7 @@ def test_another_behaviour_or_one_that_ended_begins_anew() -> None:
         ((0.0, -1.0), Twist(0.0, -0.5)),
         ((-0.5, 0.25), Twist(-0.25, 0.125)),
         ((7.0, 0.0), Twist(0.5, 0.0)),
+        ((1.0, 1.0), Twist(0.5, 0.5)),
     ],
 )
 def test_a_twist_is_a_share_of_what_the_robot_is_let(action: tuple[float, float], twist: Twist) -> None:

@@ -50,6 +50,29 @@ def test_the_reward_is_the_progress_along_the_corridor() -> None:
     assert info["pose"][0] - start > 1.0
 
 
+def test_the_odometer_tells_of_a_step_what_the_robot_went_seen_from_where_it_began() -> None:
+    env = made("CrossDoorTwist")
+    _, info = env.reset(seed=2)
+    for _ in range(8):
+        before = info["pose"]
+        seen, *_, info = env.step(np.array([0.6, 0.8], np.float32))
+    x, y, turn = info["pose"] - before
+    cos, sin = math.cos(before[2]), math.sin(before[2])
+    ahead, left = cos * x + sin * y, cos * y - sin * x
+    assert min(ahead, turn) > 0.03
+    assert seen["odometry"][2:] == pytest.approx([ahead, left, turn], abs=5e-3)
+
+
+@pytest.mark.parametrize(("name", "ahead", "lasts"), [("CrossDoorTwist", (0.5, 0.0), 0.2), ("CrossDoor", 3, 1.0)])
+def test_an_action_that_goes_on_lasts_as_long_as_the_page_says(name: str, ahead: Any, lasts: float) -> None:
+    env = made(name)
+    _, begun = env.reset(seed=2)
+    for _ in range(2):
+        *_, info = env.step(ahead)
+    assert info["outcome"] == "running"
+    assert info["time"] - begun["time"] == pytest.approx(2 * lasts)
+
+
 def test_the_rewards_of_a_door_add_up_to_the_way_and_the_end() -> None:
     env = gym.make("refseq/CrossDoor-v0")
     _, info = env.reset(seed=0)
@@ -182,6 +205,18 @@ def test_the_belief_is_that_of_a_localiser_that_is_given_the_same_views(monkeypa
     assert seen["belief"].sum() == pytest.approx(1.0, abs=1e-5)
     assert env.places is not None
     assert len(seen["belief"]) == len(env.places) + 1
+
+
+def test_what_a_mission_asks_comes_nearer_between_two_views_by_what_the_odometer_went() -> None:
+    env, counted = made("MissionTwist", mission="[LD]"), 0
+    seen, _ = env.reset(seed=3)
+    for _ in range(12):
+        before, believed = seen["asked"][0, 0], env.belief
+        seen, *_ = env.step((1.0, 0.0))
+        if env.belief is believed:
+            assert before - seen["asked"][0, 0] == pytest.approx(math.hypot(*env.motion[:2]), abs=1e-3)
+            counted += env.motion[0] > 0.05
+    assert counted > 3
 
 
 def test_a_robot_that_is_carried_off_begins_with_a_wrong_belief() -> None:

@@ -1,11 +1,16 @@
 """The executor plays missions in the environment, by what the robot itself knows."""
 
+from typing import cast
+
 import gymnasium as gym
 import numpy as np
 import pytest
 
 import refseq_bench.sim.envs  # noqa: F401 - registers the ids
+from refseq.map.paths.annotations import DoorSide, PathDoor
 from refseq.missions import Status
+from refseq.missions.language import parse_mission
+from refseq.missions.plan import compiled
 from refseq_bench.sim.envs.learning.executor_policy import ExecutorPolicy
 from refseq_bench.sim.envs.learning.imitation import examples
 from refseq_bench.sim.envs.learning.sectors import Sectors
@@ -13,6 +18,7 @@ from refseq_bench.sim.envs.learning.training_config import TrainingConfig, envir
 from refseq_bench.sim.envs.robot_env import RobotEnv
 from refseq_bench.sim.envs.tasks.task import SUCCESS
 from refseq_bench.sim.errors import SimError
+from tests.refseq.missions.on_a_line import seen_at, way
 
 
 def unwrapped(env: gym.Env) -> RobotEnv:  # type: ignore[type-arg]
@@ -32,6 +38,7 @@ def played(env: gym.Env, seed: int) -> tuple[float, ExecutorPolicy, dict[str, ob
     return total, policy, info | {"way": way}
 
 
+STAND = 0
 slow = pytest.mark.slow
 
 
@@ -79,6 +86,36 @@ def test_examples_are_what_the_executor_saw_and_did() -> None:
 def test_it_carries_out_most_missions_that_are_drawn() -> None:
     env = gym.make("refseq/Mission-v0")
     assert sum(bool(played(env, seed)[2]["success"]) for seed in range(12)) >= 10
+
+
+class Striding:
+    """Stands for an environment whose robot goes half a metre in a step, or stands; its localiser always knows."""
+
+    chooses_behaviours = True
+
+    def __init__(self, door: float) -> None:
+        self._way = way(20.0, doors=[PathDoor(door, DoorSide.LEFT, 0.9, passable=False)])
+        self.plan = compiled(parse_mission("[LD]"), self._way)
+        self.x = 0.0
+        self.step(STAND)
+
+    def number_of(self, behaviour: str) -> int:
+        return STAND if behaviour == "stop" else STAND + 1
+
+    def step(self, action: int) -> None:
+        ahead = 0.0 if action == STAND else 0.5
+        self.x += ahead
+        self.motion, self.belief = (ahead, 0.0, 0.0), seen_at(self._way.along, self.x)
+
+
+@pytest.mark.parametrize("door", np.linspace(5.02, 5.48, 6))
+def test_it_stops_after_the_step_whose_end_is_nearest_to_the_place(door: float) -> None:
+    robot = Striding(door)
+    policy = ExecutorPolicy(cast(RobotEnv, robot))
+    for time in range(30):
+        robot.step(policy(None, {"time": float(time), "outcome": "running", "why": ""}))
+    assert policy.executor.status is Status.COMPLETED
+    assert abs(robot.x - door) <= 0.25
 
 
 def test_it_plays_missions_with_behaviours_only() -> None:

@@ -1,6 +1,7 @@
 """Missions as a task, without any simulation: progress, wrong switches and ends against the truth, what is drawn."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,12 +13,14 @@ from refseq.missions.plan import compiled
 from refseq.planar import Pose
 from refseq_bench.robots.robot import Shape
 from refseq_bench.sim.envs.tasks.by_name import made_task
+from refseq_bench.sim.envs.tasks.cross_door import OPEN
 from refseq_bench.sim.envs.tasks.mission_draw import NEAREST, draw_mission
 from refseq_bench.sim.envs.tasks.mission_goal import ARRIVED, WITHIN
 from refseq_bench.sim.envs.tasks.run_mission import WRONG, RunMissionTask
 from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS, AskedOrder, Episode, Situation, TaskGround
-from refseq_bench.sim.envs.worlds.rooms import two_rooms
+from refseq_bench.sim.envs.worlds.rooms import ROOMS, two_rooms
 from refseq_bench.sim.errors import SimError
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.refseq.missions.on_a_line import way
 
 SHAPE = Shape(ahead=0.8, behind=0.3, half_width=0.36, height=1.4)
@@ -54,6 +57,19 @@ def test_progress_is_the_way_to_the_last_landmark_and_through_its_door() -> None
     assert to_go == pytest.approx(8.8 + math.hypot(1.2, 1.2) + deep + SHAPE.behind)
     assert episode.judge(at(1.5)).reward == pytest.approx(1.5)
     assert episode.judge(at(1.0)).reward == pytest.approx(-0.5)
+
+
+def test_who_comes_near_the_lane_back_has_come_no_further_than_it_went() -> None:
+    """After 10 m the path comes back 1 m beside itself."""
+    hairpin = np.concatenate([PLACES[:11], PLACES[10::-1][:10] - (1.0, 0.0)])
+    ground = replace(GROUND, route=hairpin, places=hairpin)
+    episode = RunMissionTask("[LI19]").episode(ground, np.random.default_rng(0))
+    assert episode.begin(at(0.0, "")) == pytest.approx(19.0)
+    for along in (1.5, 3.0):
+        episode.judge(at(along))
+    episode.judge(at(3.5, x=ASIDE - 0.6))
+    rewards = [episode.judge(at(along, x=ASIDE - 0.6)).reward for along in (4.0, 4.5, 5.0)]
+    assert rewards == pytest.approx([0.5, 0.5, 0.5])
 
 
 def test_through_the_right_door_the_mission_is_done() -> None:
@@ -116,6 +132,7 @@ def test_a_turn_is_done_when_the_robot_stands_turned(turn: str, faced: float) ->
     episode = begun(f"[LI7{turn}]", 7.0, f"MT:{turn[2:]}")
     assert not episode.judge(at(7.0, f"MT:{turn[2:]}", turned=faced)).over
     assert not episode.judge(at(7.0, f"MT:{turn[2:]}", turned=faced / 2, stands=True)).over
+    assert not episode.judge(at(7.0 - WITHIN - 0.1, f"MT:{turn[2:]}", turned=faced, stands=True)).over
     assert episode.judge(at(7.0, f"MT:{turn[2:]}", turned=faced, stands=True)).success
 
 
@@ -183,6 +200,15 @@ def test_it_is_told_in_one_line(asked: dict[str, object], message: str) -> None:
     with pytest.raises(SimError, match=message) as told:
         made_task("run-mission", asked).check(GROUND)
     assert "\n" not in str(told.value)
+
+
+def test_a_door_that_is_ajar_is_none_to_cross() -> None:
+    ajar = parse_plan(ROOMS.format(form=0, angle=OPEN - 1, hinge="start"), "rooms:0")
+    ground = replace(GROUND, plan=ajar)
+    with pytest.raises(SimError, match=r"door on the right, 10\.0 m: no door there is open in world 'rooms-0'"):
+        RunMissionTask(CROSS).check(ground)
+    drawn = [RunMissionTask().episode(ground, np.random.default_rng(seed)).told["mission"] for seed in range(40)]
+    assert not [mission for mission in drawn if "MC" in mission]
 
 
 def test_behaviours_of_a_mission_are_actions_where_it_asks_for_them() -> None:

@@ -12,7 +12,7 @@ from refseq_bench.sim.envs.tasks.cross_door import BESIDE, FAR, NEAR, CrossDoorT
 from refseq_bench.sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridorTask
 from refseq_bench.sim.envs.tasks.mission_goal import BehindDoor
 from refseq_bench.sim.envs.tasks.reach_place import FARTHEST, NEAREST, ReachPlaceTask
-from refseq_bench.sim.envs.tasks.recover import HERE, SURE, RecoverTask, belief_in
+from refseq_bench.sim.envs.tasks.recover import ASIDE, HERE, LED, OFF, SURE, TURNED, RecoverTask, belief_in
 from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Situation, TaskGround
 from refseq_bench.sim.envs.worlds.rooms import FORMS, two_rooms
 
@@ -37,6 +37,22 @@ def test_progress_round_the_bend_is_rewarded_once_and_given_back_on_the_way_back
     judged = [episode.judge(at(*stop)) for stop in stops]
     assert [judgement.reward for judgement in judged] == pytest.approx([1.5, 1.0, 2.0, -1.0])
     assert not any(judgement.over for judgement in judged)
+
+
+@pytest.mark.parametrize("task", [FollowCorridorTask(), ReachPlaceTask()])
+def test_who_comes_near_the_lane_back_has_come_no_further_than_it_went(
+    task: FollowCorridorTask | ReachPlaceTask,
+) -> None:
+    """The way comes back 1 m beside itself: half a metre ahead is worth half a metre, whichever lane is nearer."""
+    hairpin = np.array([(x, 0.0) for x in range(11)] + [(x, 1.0) for x in range(10, -1, -1)], float)
+    ground = TaskGround(two_rooms(0), hairpin, SHAPE, hairpin)
+    drawn = (task.episode(ground, np.random.default_rng(seed)) for seed in range(200))
+    episode = next(one for one in drawn if one.start.x < 7 and abs(one.start.y) < 0.3 and (one.goal or 17) >= 17)
+    x = episode.start.x
+    episode.begin(at(x, 0.0))
+    episode.judge(at(x + 0.5, 0.6))
+    rewards = [episode.judge(at(x + ahead, 0.6)).reward for ahead in (1.0, 1.5, 2.0)]
+    assert rewards == pytest.approx([0.5, 0.5, 0.5])
 
 
 def test_the_end_of_the_corridor_is_success() -> None:
@@ -129,6 +145,18 @@ def test_what_speaks_for_the_truth_is_the_mass_around_it_that_is_not_lost() -> N
     here = [k for k in range(11) if abs(k - 4.2) <= HERE]
     assert here == [3, 4, 5]
     assert belief_in(belief, PLACES, Pose(4.2, 0.0, 0.0)) == pytest.approx(0.75 * (4 + 5 + 6) / 66)
+
+
+def test_who_is_to_recover_was_led_some_way_and_is_set_down_on_the_path_or_off_it_looking_anywhere() -> None:
+    episodes = [begun(RecoverTask(), seed) for seed in range(300)]
+    led = np.array([one.led for one in episodes], float)
+    assert np.ptp(led, axis=1) == pytest.approx(LED)
+    assert (led.min() >= 0.0, led.max() <= GROUND.way.length) == (True, True)
+    aside, turned = np.abs([(one.start.y, one.start.heading) for one in episodes]).T
+    anywhere = turned > TURNED
+    assert 0.38 < anywhere.mean() < 0.56  # half are off the path, of whom one in 18 looks along it by chance
+    assert (aside[~anywhere] <= ASIDE).mean() > 0.9
+    assert aside[anywhere].max() == pytest.approx(OFF, abs=0.05)
 
 
 def test_a_sure_belief_in_the_wrong_place_is_worth_nothing() -> None:

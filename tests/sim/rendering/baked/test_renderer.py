@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from refseq_bench.sim.rendering.baked.batch import Batch
 from refseq_bench.sim.rendering.baked.renderer import into_camera, onto_picture, sides
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 from refseq_bench.sim.rendering.filament import prepare_spec
@@ -86,6 +87,39 @@ def test_what_lies_in_the_view_lies_within_its_sides() -> None:
     planes = sides(matrix)
     np.testing.assert_array_equal((points @ planes[:, :3].T + planes[:, 3] >= 0.0).all(axis=1), inside)
     assert 20 < inside.sum() < 480
+
+
+def test_what_is_left_out_would_not_have_been_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same pictures where all is drawn, from behind too: boxes all around, and long bowls of three sides.
+
+    But for points on an edge, where front and back are equally near.
+    """
+    rng, spec = np.random.default_rng(5), mujoco.MjSpec()
+    bowl = spec.add_mesh(name="bowl", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    bowl.uservert = (0.4 * np.array([[0, 0, 0], [1, 0, 0.5], [0, 1, 0.5], [-3, -3, 1.5]])).ravel()
+    bowl.userface = [0, 2, 1, 0, 3, 2, 0, 1, 3]
+    for number in range(60):
+        way, grey = rng.normal(size=3), rng.uniform(0.2, 1.0)
+        shape = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": rng.uniform(0.05, 0.4, 3)}
+        if number % 2:
+            shape = {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": "bowl"}
+        place = rng.uniform(1.2, 4.0) * way / np.linalg.norm(way)
+        spec.worldbody.add_geom(pos=place, quat=rng.normal(size=4), rgba=[grey, grey, grey, 1.0], **shape)
+    for number in range(8):
+        spec.worldbody.add_camera(name=f"eye-{number}", quat=rng.normal(size=4), fovy=50)
+    spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, dir=[0.3, 0.2, -1.0], intensity=1000.0)
+    spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_POINT, intensity=100.0, range=50.0)
+    prepare_spec(spec)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with open_renderer(RendererKind.BAKED, model) as renderer:
+        drawn = [renderer.radiance(data, f"eye-{number}", *SIZE) for number in range(8)]
+        monkeypatch.setattr(Batch, "in_sight", lambda batch, planes, eye: batch.all)
+        monkeypatch.setattr(Batch, "_cull", lambda batch, closed: None)
+        for number, picture in enumerate(drawn):
+            assert np.sum(renderer.radiance(data, f"eye-{number}", *SIZE) != picture) <= 20
+    assert min(len(np.unique(picture)) for picture in drawn) > 10
 
 
 @pytest.mark.quick_cases("repeat0--y", "repeat0-+y", "repeat1-+x", "repeat1--z")
