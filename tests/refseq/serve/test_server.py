@@ -478,6 +478,6 @@ def test_ctrl_c_ends_it_within_a_second_though_a_robot_is_there(serving: Serving
     said, _ = serving.process.communicate(timeout=30)
     assert time.monotonic() - begin < 5  # a second on a machine that is not busy
     assert serving.process.returncode == 0
-    assert re.fullmatch(r"map\.refseq: served \d+ views of \d+ drives\n", said)
+    assert re.fullmatch(r"map\.refseq: served \d+ views? of \d+ drives?\n", said)
     with pytest.raises(ConnectionClosed):
         list(robot.received(5))
