@@ -188,14 +188,17 @@ class PairSearch:
     def overlaps(self) -> list[Overlap]:
         """All stretches that the sequences seem to share, those that are objected to among them."""
         judge, settings = self._judge, self.settings
-        found = stretches(self._matched(), self.one.along, self.other.along, settings.bridge)
-        long = [judge.overlap(trimmed(pairs)) for pairs in found]
+        long = [judge.overlap(trimmed(pairs)) for pairs in self._stretches()]
         if not settings.most:
             return long
         left = self._without(self._judge.nats, [one.pairs for one in long if not one.objection])
         runs = best_runs(left, _track(self.one), _track(self.other), settings.runs)
         short = [judge.overlap(pairs) for pairs in runs]
         return long + [one for one in short if not one.objection][: settings.most]
+
+    def _stretches(self) -> list[NDArray[np.intp]]:
+        """Runs of places of the one and of the other that lead to each other, (n, 2) each."""
+        return stretches(self._matched(), self.one.along, self.other.along, self.settings.bridge)
 
     def _matched(self) -> NDArray[np.intp]:
         """Places of the one and of the other that lead to each other, (n, 2)."""

@@ -43,8 +43,19 @@ def held_joins(map_: Map) -> list[CandidateJoin]:
 
 
 def loops_of(path: MapPath) -> list[NDArray[np.intp]]:
-    """The stretches on which a path comes back to itself, as pairs (n, 2) of its views."""
-    return stretches(path.loops, path.along, path.along, APART)
+    """The stretches on which a path comes back to itself, as pairs (n, 2) of its views.
+
+    Those of several rounds take turns: a pair belongs to the stretch that it goes on from.
+    """
+    runs: list[list[tuple[int, int]]] = []
+    for one, other in path.loops.tolist():
+        step = ((run, path.along[[one, other]] - path.along[list(run[-1])]) for run in runs)
+        run = next((run for run, way in step if way.min() >= 0 and way.max() <= APART), None)
+        if run is None:
+            runs.append([(one, other)])
+        else:
+            run.append((one, other))
+    return [np.array(run, np.intp) for run in runs]
 
 
 class Joint(NamedTuple):

@@ -319,7 +319,16 @@ class Map:
 
     def with_twins(self, places: NDArray[np.intp]) -> NDArray[np.intp]:
         """Some places, counted through, and those that loops make one with any of them: they share a belief."""
-        return np.union1d(places, self.loops[np.isin(self.loops, places).any(axis=1)].ravel())
+        if not len(self.loops):
+            return np.unique(places)
+        return np.flatnonzero(np.isin(self._spots, self._spots[places]))
+
+    @cached_property
+    def _spots(self) -> NDArray[np.intp]:
+        """Number of the spot that each place is at, (K,): the same for those that loops make one."""
+        spots = np.empty(len(self), np.intp)
+        spots[self.network.places] = self.network.spots
+        return spots
 
     @property
     def links(self) -> tuple[Link, ...]:

@@ -12,9 +12,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.loops import NEVER, OwnTranslation, elsewhere
+from refseq.atlas.loops import NEVER, OwnTranslation, by_rounds, elsewhere
 from refseq.atlas.merge import merge_maps
+from refseq.atlas.overlap import SHORT_JOINS
 from refseq.atlas.routes import CHANGE, place_of, shortest_route
+from refseq.atlas.sharing import loops_of
 from refseq.atlas.similarity import translated
 from refseq.belief import Stage, Timings
 from refseq.dead_reckoning import dead_reckoned
@@ -32,6 +34,7 @@ Corners = tuple[tuple[float, float], ...]
 EIGHT: Corners = ((0, 0), (20, 0), (20, 16), (40, 16), (40, 0), (20, 0), (20, 16), (0, 16), (0, 8))
 """The middle of the eight, 16 m long, is driven twice the same way round."""
 RING: Corners = ((0, 0), (20, 0), (20, 15), (0, 15), (0, 0), (14, 0))
+ROUND: Corners = RING[:4]
 THERE_AND_BACK: Corners = ((0, 0), (30, 0), (30, 0.5), (0, 0.5))
 STRAIGHT: Corners = ((0, 0), (30, 0), (30, 16), (60, 16))
 FEATURES, SIGHT = 20_000, 2.0
@@ -116,6 +119,41 @@ def test_a_path_that_comes_back_to_itself_is_joined_there(corners: Corners, back
     assert after < max(before, 0.8)
 
 
+@pytest.mark.quick_cases("3")
+@pytest.mark.parametrize("rounds", [3, 4])
+def test_every_round_of_a_path_is_joined_with_those_before(rounds: int) -> None:
+    """They look alike, so that each view is as likely in any of the others."""
+    learnt = map_of((*ROUND * rounds, ROUND[0]))
+    merged = merge_maps([learnt])
+    poses, (path,) = true_poses(learnt), merged.map.paths
+    first = len(poses) // rounds
+    assert np.isin(np.arange(first, len(poses)), path.loops[:, 1]).mean() > 0.8
+    off = np.hypot(*(poses[path.loops[:, 0], :2] - poses[path.loops[:, 1], :2]).T)
+    assert off.max() <= 1.5
+    # A place is one with those of all rounds, though no pair may lead from one to the other.
+    places = first // 2 + first * np.arange(rounds)
+    for place in places:
+        np.testing.assert_allclose(merged.map.with_twins(np.array([place])), places, atol=1)
+    # Stretches that take turns are told apart again.
+    assert len(loops_of(path)) == sum(decision.joined for decision in merged.decisions)
+    np.testing.assert_array_equal(np.unique(np.concatenate(loops_of(path)), axis=0), path.loops)
+
+
+@given(st.integers(1, 30), st.integers(1, 12), st.integers(0, 9))
+def test_a_stretch_of_rounds_is_cut_so_that_none_comes_to_where_it_began(count: int, apart: int, first: int) -> None:
+    pairs = np.column_stack([np.arange(count), np.arange(count) + apart]) + first
+    parts = list(by_rounds(pairs))
+    np.testing.assert_array_equal(np.concatenate(parts), pairs)
+    assert all(part[-1, 0] < part[0, 1] for part in parts)
+    assert len(parts) == math.ceil(count / apart)
+
+
+def test_short_joins_of_a_path_with_itself_have_the_earlier_view_first() -> None:
+    """Else the map that they make could not be read."""
+    merged = merge_maps([map_of(EIGHT)], SHORT_JOINS).map
+    assert (merged.paths[0].loops[:, 0] < merged.paths[0].loops[:, 1]).all()
+
+
 @pytest.mark.parametrize("corners", [STRAIGHT, THERE_AND_BACK])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_path_without_loops_stays_as_it_is(corners: Corners, seed: int) -> None:
@@ -184,9 +222,10 @@ def test_a_view_is_elsewhere_as_likely_as_before_by_ratio(weights: list[float], 
 def test_a_place_is_not_looked_for_nearer_along_its_path_than_a_loop_is_long() -> None:
     sequence = bits_sequence(driven(STRAIGHT, 1), BEST)
     own = translated(sequence, sequence)
-    found = list(OwnTranslation(own.columns, own.distances, own.to, 10.0).measurements())
+    copies = np.arange(len(sequence)) > 50
+    found = list(OwnTranslation(own.columns, own.distances, own.to, 10.0, copies).measurements())
     never = np.array([one.log_ratio for one in found]) == NEVER
-    np.testing.assert_array_equal(never, np.abs(np.subtract.outer(sequence.along, sequence.along)) < 10.0)
+    np.testing.assert_array_equal(never, copies | (np.abs(np.subtract.outer(sequence.along, sequence.along)) < 10.0))
 
 
 def test_a_route_leaves_the_round_out() -> None:
