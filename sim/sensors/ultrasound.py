@@ -202,7 +202,7 @@ _DIGITS = np.array([128**2, 128, 1])
 
 
 def mirror_points(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Points at which flat faces mirror sound straight back: whose each is (points,), and the way to it (points, 3) [m].
+    """Points where flat faces mirror sound straight back: whose each is (points,), and the way to it (points, 3) [m].
 
     These are the feet of perpendiculars, and the nearest points of corners.
     """

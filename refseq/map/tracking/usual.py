@@ -76,7 +76,8 @@ class UsualViews:
             return
         best = int(np.argmax(belief.places))
         number = self._map.sequence_of(best)
-        near = np.flatnonzero(self._map.in_a_row(np.arange(len(belief.places)), best, 1))
+        around = np.arange(max(0, best - 1), min(best + 2, len(belief.places)))
+        near = around[self._map.in_a_row(around, best, 1)]
         if belief.places[self._map.with_twins(near)].sum() < SURE_NEAR:
             return
         one = measured[number]
