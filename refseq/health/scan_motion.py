@@ -147,20 +147,24 @@ def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> Mo
     if abs(distance) < STILL and abs(turn) < STILL:
         stands, moves = walls.stands_or_moves(here)
         return MotionRatios({FaultKind.FROZEN: bounded(_ratio(moves, stands))})
-    told, slipping, mirror_image = (distance, turn), (0.0, 0.0), (distance, -turn)
-    doubled = (distance / 2, turn / 2), (distance / 2, turn)
-    reverse = (-distance, -turn), (-distance, turn)
-    # All at once: each by itself takes twice as long.
-    left = walls.unexplained(here, [told, slipping, mirror_image, *doubled, *reverse]).tolist()
-    healthy = left[0]
+    # All at once: one by one they make a comparison a fifth dearer.
+    motions = [
+        (distance, turn),
+        (0.0, 0.0),
+        (distance, -turn),
+        (distance / 2, turn / 2),
+        (distance / 2, turn),
+        (-distance, -turn),
+        (-distance, turn),
+    ]
+    healthy, slipping, turned, halved, half_way, back, back_way = walls.unexplained(here, motions).tolist()
     ratios = {
-        FaultKind.DOUBLED: _ratio(min(left[3:5]), healthy),
-        FaultKind.REVERSED: _ratio(min(left[5:7]), healthy),
-        FaultKind.SLIPPING: _ratio(left[1], healthy),
+        FaultKind.DOUBLED: _ratio(min(halved, half_way), healthy),
+        FaultKind.REVERSED: _ratio(min(back, back_way), healthy),
+        FaultKind.SLIPPING: _ratio(slipping, healthy),
     }
-    mirrored = _ratio(left[2], healthy) if abs(turn) > CLEAR_TURN else 0.0
-    (other_way_up,) = walls.unexplained(here * [1.0, -1.0], [told]).tolist()
-    flipped = _ratio(other_way_up, healthy)
+    mirrored = _ratio(turned, healthy) if abs(turn) > CLEAR_TURN else 0.0
+    flipped = _ratio(walls.unexplained(here * [1.0, -1.0], [(distance, turn)]).item(), healthy)
     # Bounded by one factor, so that the hypothesis that explains most stays ahead of the others.
     share = min(1.0, MOST / max(1e-9, mirrored, flipped, *ratios.values()))
     return MotionRatios(

@@ -133,8 +133,9 @@ class Report:
         _check(0 <= self.provisions <= len(Cause), f"{self.provisions} provisions: valid is 0 to {len(Cause)}")
         _check(len(self.sonars) <= MAX_SONARS, f"{len(self.sonars)} sonars: valid are at most {MAX_SONARS}")
         # Ten reports a second of 24 readings each: no message is made before one is needed.
-        for value in (value for value in self.sonars if not 0 <= value <= NO_ECHO):
-            raise ProtocolError(f"sonar {value} mm: valid is 0 to {NO_ECHO}")
+        for value in self.sonars:
+            if not 0 <= value <= NO_ECHO:
+                raise ProtocolError(f"sonar {value} mm: valid is 0 to {NO_ECHO}")
 
 
 Message = ProtocolWord | Motion | Refusal | Provision | Report
