@@ -286,10 +286,13 @@ def stretches(
 def told_by(there: Translation, back: Translation) -> Told:
     """Information of the sensors of two maps about pairs of their places: the mean of both ways."""
 
+    def table(way: Translation, sensor: str) -> NDArray[np.float64]:
+        return np.array([told_by_likelihood(one) for one in way.measurements(sensors=[sensor])])
+
     @cache
-    def nats(sensor: str) -> list[NDArray[np.float64]]:
-        ways = [way.measurements(sensors=[sensor]) for way in (there, back)]
-        return [np.array([told_by_likelihood(one) for one in measured]) for measured in ways]
+    def nats(sensor: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        to = table(there, sensor)
+        return to, to if back is there else table(back, sensor)
 
     def told(sensor: str, pairs: NDArray[np.intp]) -> NDArray[np.float64]:
         to, fro = nats(sensor)

@@ -56,13 +56,22 @@ def test_what_is_told_is_the_mean_of_both_ways() -> None:
 
 
 class _Likelihoods(Translation):
-    """Views whose likelihoods of places are given, (K, L), as a mixture tells them."""
+    """Views whose likelihoods of places are given, (K, L), as a mixture tells them; ``asked`` are the sensors asked."""
 
     def __init__(self, likelihoods: np.ndarray) -> None:
         object.__setattr__(self, "likelihoods", likelihoods)
+        object.__setattr__(self, "asked", [])
 
     def measurements(self, *, sensors: Sequence[str] | None = None, seed: int = 0) -> Iterator[Measurement]:
+        self.asked.append(sensors)  # type: ignore[attr-defined]
         return (Measurement(one, 0.5, Timings()) for one in self.likelihoods)  # type: ignore[attr-defined]
+
+
+def test_a_path_beside_itself_is_asked_once() -> None:
+    """Both ways are one, and as dear as all else."""
+    way, pairs = _Likelihoods(np.full((3, 3), 0.1) + np.eye(3) * 0.7), np.array([[0, 0], [1, 2]])
+    assert told_by(way, way)("camera", pairs) == pytest.approx(np.log([0.8 * 3, 0.1 * 3]))
+    assert way.asked == [["camera"]]  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("view", [0, 5, 11])
