@@ -5,7 +5,8 @@ what is found then are the places to which the path came back. It has to come by
 laser that looks ahead see another place on the way back.
 
 A path that goes round more than twice is as likely in each of its rounds. So what was found is looked at no more, as it
-is known to be where the path was before, and the path is looked through again, until nothing new is found.
+is known to be where the path was before, and the path is looked through again, until nothing new is found. Each look
+costs as much as the first, so that whoever asks stops where nothing of the last one stands.
 """
 
 from collections.abc import Iterator, Sequence
@@ -73,18 +74,17 @@ class LoopSearch(PairSearch):
         there = align(way)
         return PairJudge(self.one, self.one, there, there, told_by(way, way), self.settings)
 
-    def overlaps(self) -> list[Overlap]:
-        """All stretches that the path seems to come back to, and of the first look those that are objected to."""
+    def looks(self) -> Iterator[list[Overlap]]:
+        """All stretches that the path seems to come back to, look by look; of the first those that are objected to."""
         if np.ptp(self.one.along) <= self.settings.loop:
-            return []
-        found = super().overlaps()
-        later = [one.pairs[:, 1] for one in found if not one.objection]
-        if not later:
-            return found
-        copies = self.copies.copy()
-        for places in later:
-            copies[places[0] : places[-1] + 1] = True
-        return found + [one for one in replace(self, copies=copies).overlaps() if not one.objection]
+            return
+        copies, found = self.copies.copy(), self.overlaps()
+        yield found
+        while later := [one.pairs[:, 1] for one in found if not one.objection]:
+            for places in later:
+                copies[places[0] : places[-1] + 1] = True
+            found = [one for one in replace(self, copies=copies.copy()).overlaps() if not one.objection]
+            yield found
 
     def _stretches(self) -> list[NDArray[np.intp]]:
         return [part for pairs in super()._stretches() for part in by_rounds(pairs)]

@@ -169,8 +169,17 @@ class _Merging:
 
     def found(self) -> list[FoundOverlap]:
         """All stretches that two sequences seem to share."""
-        found = [self._found(one, other, each) for one, other, search in self._pairs for each in search.overlaps()]
-        return sorted(found, key=_in_order)
+        return sorted((each for pair in self._pairs for each in self._searched(*pair)), key=_in_order)
+
+    def _searched(self, one: str, other: str, search: PairSearch) -> list[FoundOverlap]:
+        """All that a search finds: it looks on as long as some of its last look stands by the scans."""
+        found = list[FoundOverlap]()
+        for look in search.looks():
+            new = [self._found(one, other, each) for each in look]
+            found += new
+            if all(each.overlap.objection for each in new):
+                break
+        return found
 
     def _found(self, one: str, other: str, overlap: Overlap) -> FoundOverlap:
         return self._scans.checked(self._in_views(one, other, overlap))

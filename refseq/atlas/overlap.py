@@ -185,6 +185,10 @@ class PairSearch:
         there, back = map(align, ways)
         return PairJudge(self.one, self.other, there, back, told_by(*ways), self.settings)
 
+    def looks(self) -> Iterator[list[Overlap]]:
+        """All stretches that the sequences seem to share: they are looked through once."""
+        yield self.overlaps()
+
     def overlaps(self) -> list[Overlap]:
         """All stretches that the sequences seem to share, those that are objected to among them."""
         judge, settings = self._judge, self.settings

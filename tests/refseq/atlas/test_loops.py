@@ -12,10 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.loops import NEVER, OwnTranslation, by_rounds, elsewhere
+from refseq.atlas.found import FoundOverlap
+from refseq.atlas.loops import NEVER, LoopSearch, OwnTranslation, by_rounds, elsewhere
 from refseq.atlas.merge import merge_maps
-from refseq.atlas.overlap import SHORT_JOINS
+from refseq.atlas.overlap import SHORT_JOINS, Overlap
 from refseq.atlas.routes import CHANGE, place_of, shortest_route
+from refseq.atlas.scan_check import ScanCheck
 from refseq.atlas.sharing import loops_of
 from refseq.atlas.similarity import translated
 from refseq.belief import Stage, Timings
@@ -175,6 +177,27 @@ def test_a_way_back_that_looks_like_the_way_there_is_contradicted_by_odometry() 
     assert not any(decision.joined for decision in merged.decisions)
     assert any("odometry contradict it" in decision.why for decision in merged.decisions)
     assert merged.map.to_bytes() == learnt.to_bytes(), "what is refused leaves no trace"
+
+
+@pytest.mark.parametrize(("objection", "count"), [("", 2), ("its scans do not lie on each other", 1)])
+def test_a_path_is_looked_through_again_while_scans_let_something_stand(
+    objection: str, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks: list[LoopSearch] = []
+    found = LoopSearch.overlaps
+
+    def looked(search: LoopSearch) -> list[Overlap]:
+        looks.append(search)
+        return found(search)
+
+    def checked(_: ScanCheck, one: FoundOverlap) -> FoundOverlap:
+        return replace(one, overlap=replace(one.overlap, objection=one.overlap.objection or objection))
+
+    monkeypatch.setattr(LoopSearch, "overlaps", looked)
+    monkeypatch.setattr(ScanCheck, "checked", checked)
+    merged = merge_maps([map_of(RING)])
+    assert any(decision.joined for decision in merged.decisions) == (not objection)
+    assert [one.copies.any() for one in looks] == [False, True][:count]
 
 
 def test_a_path_shorter_than_a_loop_is_not_searched() -> None:
