@@ -51,6 +51,7 @@ def answers(name: str, reference: Reference, views: list[View]) -> list[Belief]:
     return [localiser.update(view) for view in views]
 
 
+@pytest.mark.quick_cases("hamming", "topometric", "fabmap-naive")
 @every_baseline
 def test_answers_are_probabilities(name: str, whole: Callable[[str], list[Belief]]) -> None:
     for belief in whole(name):
@@ -64,6 +65,7 @@ def test_answers_are_probabilities(name: str, whole: Callable[[str], list[Belief
         assert belief.timings.features > 0
 
 
+@pytest.mark.quick_cases("ransac", "sequence-graph", "fabmap")
 @every_baseline
 def test_answers_are_the_same_after_a_reset_and_for_another_learner(
     name: str,
@@ -81,6 +83,7 @@ def test_answers_are_the_same_after_a_reset_and_for_another_learner(
     assert whole(name) == again == other
 
 
+@pytest.mark.quick_cases("hamming", "sequence-graph", "fabmap")
 @every_baseline
 def test_answers_come_from_the_views_up_to_now_and_never_from_the_truth(
     name: str, blindfold: Reference, drives: tuple[list[View], list[View]], whole: Callable[[str], list[Belief]]

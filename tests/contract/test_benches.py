@@ -93,6 +93,7 @@ def test_every_world_holds_nothing_that_a_robot_could_be_mistaken_for(world: str
     assert not [name for name in found if name.startswith(tuple(f"{robot}/" for robot in robots.names()))]
 
 
+@pytest.mark.quick_cases("hallway-robuter", "annex-segway_rmp")
 @worlds_and_robots
 def test_light_changes_what_is_seen_and_nothing_that_is_touched(world: str, robot: str) -> None:
     one, other = (model_of(world, light, robot) for light in LIGHTS)
@@ -123,6 +124,7 @@ def test_the_same_seed_draws_the_same_pictures(world: str) -> None:
         assert np.array_equal(getattr(models[0], key), getattr(models[1], key)), key
 
 
+@pytest.mark.quick_cases("hallway-robuter", "annex-segway_rmp")
 @worlds_and_robots
 def test_the_same_seed_builds_the_same_bench(world: str, robot: str) -> None:
     models, scans = [], []
@@ -171,7 +173,7 @@ def test_every_route_can_be_driven_to_its_end_without_touching_a_thing(world: st
     assert touched == {"floor"}, "a robot touches the floor with its wheels, and nothing else"
 
 
-@pytest.mark.quick_cases("hallway-robuter", "offices-robuter")
+@pytest.mark.quick_cases("hallway-robuter")
 @pytest.mark.parametrize(
     ("world", "robot"),
     [

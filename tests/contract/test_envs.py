@@ -42,14 +42,16 @@ def test_gymnasium_has_nothing_to_say_against_it(name: str) -> None:
     checked(name, renderer="classic")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
-@some(BALANCING)
+@every_id
 def test_nor_with_a_robot_that_balances(name: str) -> None:
     checked(name, renderer="classic", robot="segway_rmp")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")
-@some(("refseq/CrossDoorTwist-v0",))
+@every_id
 def test_nor_with_the_renderer_that_is_the_default(name: str) -> None:
     checked(name)
 
@@ -63,7 +65,7 @@ def checked(name: str, **made_with: Any) -> None:
         env.close()
 
 
-@pytest.mark.quick_cases("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0", "refseq/MissionTwist-v0")
+@pytest.mark.quick_cases("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0")
 @every_id
 def test_the_same_seed_and_actions_are_the_same_episode_again_of_numbers_within_bounds(name: str) -> None:
     env = gym.make(name)
@@ -79,7 +81,7 @@ def test_the_same_seed_and_actions_are_the_same_episode_again_of_numbers_within_
     env.close()
 
 
-@pytest.mark.quick_cases("refseq/CrossDoorTwist-v0", "refseq/FollowCorridor-v0", "refseq/ReachPlaceTwist-v0")
+@pytest.mark.quick_cases("refseq/CrossDoorTwist-v0", "refseq/FollowCorridor-v0")
 @every_id
 def test_it_is_made_again_from_what_its_spec_says_as_json(name: str) -> None:
     env = gym.make(name, belief="places")

@@ -72,6 +72,7 @@ def test_a_stage_answers_with_probabilities(stage: Stage, map_: Map, drives: tup
         assert belief.timings.total > 0
 
 
+@pytest.mark.quick_cases("chain")
 @every_stage
 def test_a_stage_answers_the_same_to_the_same_views_and_after_a_reset(
     stage: Stage, map_: Map, drives: tuple[list[View], list[View]]
@@ -83,6 +84,7 @@ def test_a_stage_answers_the_same_to_the_same_views_and_after_a_reset(
     assert first == again == other
 
 
+@pytest.mark.quick_cases("chain")
 @every_stage
 def test_a_stage_answers_from_the_views_up_to_now(
     stage: Stage, map_: Map, drives: tuple[list[View], list[View]]
@@ -92,6 +94,7 @@ def test_a_stage_answers_from_the_views_up_to_now(
     assert whole[:6] == part
 
 
+@pytest.mark.quick_cases("chain")
 @every_stage
 def test_a_stage_never_looks_at_the_truth(stage: Stage, map_: Map, drives: tuple[list[View], list[View]]) -> None:
     blindfold = [replace(view, truth=None) for view in drives[1]]

@@ -72,6 +72,7 @@ def refuses(renderer: Renderer, data: mujoco.MjData) -> None:
         renderer.radiance(data, "eye", *SIZE)
 
 
+@pytest.mark.quick_cases("filament")
 @pytest.mark.parametrize("kind", KINDS)
 def test_spawned_workers_draw_what_their_parent_draws(kind: RendererKind) -> None:
     ours = drawn(kind)

@@ -121,6 +121,7 @@ def signals(draw: st.DrawFn, robot: Robot, time: float) -> Signals:
     )
 
 
+@pytest.mark.quick_cases("segway_rmp")
 @every_robot
 @settings(max_examples=60, deadline=None)
 @given(data=st.data())

@@ -37,6 +37,9 @@ states = st.builds(
 senses = st.builds(Senses, states, st.none() | scans, st.none() | calm)
 
 
+@pytest.mark.quick_cases(
+    "robuter-MA", "robuter-MT", "robuter-MO", "robuter-MW", "robuter-MN", "segway_rmp-MC", "segway_rmp-tractor-stop"
+)
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.code)
 @pytest.mark.parametrize("name", robots.names())
 @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])

@@ -47,6 +47,7 @@ states = st.builds(
 senses = st.builds(Senses, states, st.none(), st.none() | calm)
 
 
+@pytest.mark.quick_cases("ahead", "beside", "arc")
 @pytest.mark.parametrize("kind", KINDS)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(looks=st.lists(senses, min_size=1, max_size=5))

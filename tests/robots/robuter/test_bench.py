@@ -94,6 +94,7 @@ def test_ten_metres_straight_are_ten_metres(open_air: World) -> None:
         assert bench.odometry.x == pytest.approx(10.0, abs=0.002)
 
 
+@pytest.mark.quick_cases("0.5")
 @pytest.mark.parametrize("rate", [0.5, -0.5])
 def test_a_whole_turn_is_a_whole_turn(open_air: World, rate: float) -> None:
     with bench_in(open_air) as bench:
@@ -187,6 +188,7 @@ def numb(signals: Signals) -> Signals:
     return replace(deaf(signals), bumpers=frozenset())
 
 
+@pytest.mark.quick_cases("twist1")
 @pytest.mark.parametrize("twist", [Twist(0.1, 0.0), Twist(0.3, 0.0), Twist(0.5, 0.0)])
 def test_the_front_sonars_stop_it_before_a_wall(room: World, twist: Twist) -> None:
     with before_the_wall(room, 3.0) as bench:

@@ -22,6 +22,7 @@ def test_it_holds_its_place_for_a_minute_with_noise_and_bias() -> None:
     assert np.abs(track[:, 5]).max() < math.radians(1)
 
 
+@pytest.mark.quick_cases("1.0")
 @pytest.mark.parametrize("zero", [-1.0, 1.0])
 def test_a_wrong_pitch_zero_makes_it_neither_lean_nor_creep(zero: float) -> None:
     machine = Machine()
@@ -52,6 +53,7 @@ def test_a_load_off_the_centre_is_leant_against() -> None:
     assert float(base.xipos[0]) == pytest.approx(machine.axle[0], abs=2e-3)
 
 
+@pytest.mark.quick_cases("-250.0-0.2")
 @pytest.mark.parametrize(("force", "seconds"), [(250.0, 0.2), (-250.0, 0.2), (500.0, 0.1), (100.0, 0.5)])
 def test_a_push_of_50_newton_seconds_on_its_mast_does_not_fell_it(force: float, seconds: float) -> None:
     machine = Machine(inertial=InertialModel()).go(3.0, STAND)

@@ -25,6 +25,7 @@ BOTH = pytest.mark.parametrize("name", ["segway_rmp", "segway_rmp-tractor"])
 STAND = Twist()
 
 
+@pytest.mark.quick_cases("segway_rmp-tractor")
 @BOTH
 def test_ten_metres_straight(name: str) -> None:
     machine = Machine(name, inertial=InertialModel()).go(10.0, Twist(1.0, 0.0)).go(4.0, STAND)
@@ -33,6 +34,7 @@ def test_ten_metres_straight(name: str) -> None:
     assert abs(machine.turned) < math.radians(0.2)
 
 
+@pytest.mark.quick_cases("1-segway_rmp")
 @BOTH
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_whole_turn_on_the_spot(name: str, direction: int) -> None:
@@ -50,6 +52,7 @@ def test_its_tyres_keep_on_the_floor_while_they_scrub_in_a_turn(name: str) -> No
         assert touching >= {"r/tread-left", "r/tread-right"}
 
 
+@pytest.mark.quick_cases("segway_rmp")
 @BOTH
 def test_the_odometer_tells_the_path_but_for_slip(name: str) -> None:
     machine = Machine(name, inertial=InertialModel()).go(10.0, Twist(0.8, 0.3)).go(3.0, STAND)
@@ -60,6 +63,7 @@ def test_the_odometer_tells_the_path_but_for_slip(name: str) -> None:
     assert still.control.odometry.x == pytest.approx(still.axle[0], abs=2e-3), "swaying is not driving"
 
 
+@pytest.mark.quick_cases("1.0-segway_rmp-tractor")
 @BOTH
 @pytest.mark.parametrize("speed", [0.5, 1.0])
 def test_it_brakes_in_the_way_of_its_deceleration_and_of_what_the_loop_adds(name: str, speed: float) -> None:
@@ -120,7 +124,7 @@ def test_no_command_makes_it_turn_faster_than_half_g(speed: float, turn: float) 
 BOX: Boxes = (((3.0, 0.0, 0.5), (0.1, 0.3, 0.5)),)
 
 
-@pytest.mark.quick_cases("0.3-segway_rmp", "1.0-segway_rmp-tractor")
+@pytest.mark.quick_cases("1.0-segway_rmp-tractor")
 @BOTH
 @pytest.mark.parametrize("speed", [0.3, 1.0])
 def test_it_stops_before_a_box(name: str, speed: float) -> None:
@@ -134,6 +138,7 @@ def test_it_stops_before_a_box(name: str, speed: float) -> None:
     assert machine.go(3.0, Twist(-0.3, 0.0)).control.state.free, "it can go back"
 
 
+@pytest.mark.quick_cases("segway_rmp-tractor")
 @BOTH
 def test_before_a_wall_it_turns_on_the_spot_until_its_arc_is_free(name: str) -> None:
     wall: Boxes = (((1.1, 0.0, 0.5), (0.1, 6.0, 0.5)),)
@@ -163,6 +168,7 @@ def doorway(width: float) -> Boxes:
     return tuple(((3.0, side * (width / 2 + half), 1.0), (0.1, half, 1.0)) for side in (1.0, -1.0))
 
 
+@pytest.mark.quick_cases("1.0")
 @pytest.mark.parametrize("speed", [0.3, 1.0])
 def test_it_goes_through_a_door_of_90_cm_without_a_stop(speed: float) -> None:
     machine = Machine(inertial=InertialModel(), boxes=doorway(0.9), scans=True)

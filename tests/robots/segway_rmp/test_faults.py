@@ -40,7 +40,7 @@ def now_and_then(fault: Callable[[Signals], Signals], lasting: int) -> Callable[
     return lambda signals: fault(signals) if round(signals.time / PERIOD) % 20 < lasting else signals
 
 
-@pytest.mark.quick_cases("pitch", "encoders")
+@pytest.mark.quick_cases("encoders")
 @pytest.mark.parametrize("sensor", WITHOUT)
 def test_readings_that_fail_now_and_then_do_not_matter(sensor: str) -> None:
     machine = Machine(inertial=InertialModel(), seed=3).go(3.0, STAND)
@@ -52,7 +52,7 @@ def test_readings_that_fail_now_and_then_do_not_matter(sensor: str) -> None:
     assert machine.control.state.free
 
 
-@pytest.mark.quick_cases("pitch", "left encoder", "all inertial")
+@pytest.mark.quick_cases("pitch")
 @pytest.mark.parametrize("sensor", WITHOUT)
 def test_a_sensor_that_is_lost_stops_it_on_its_wheels(sensor: str) -> None:
     """It brakes and goes on balancing on what is left; without any encoder it cannot tell how fast it creeps."""

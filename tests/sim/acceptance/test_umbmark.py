@@ -1,4 +1,5 @@
 import math
+from functools import cached_property
 
 import pytest
 from hypothesis import given
@@ -103,13 +104,21 @@ def test_centres_and_spread_by_hand() -> None:
 
 
 class Driven:
-    """Squares of 1 m that the Robuter drove on the floor, by wrong beliefs, by right ones, and by corrected ones."""
+    """Squares of 1 m that the Robuter drives on the floor, by wrong beliefs, by right ones, and by corrected ones."""
 
-    def __init__(self) -> None:
-        self.planted = believing(1.01, 1.02)
-        self.wrong = umbmark("robuter", self.planted, side=1.0, runs=1)
-        self.right = umbmark("robuter", TRUE, side=1.0, runs=1)
-        self.corrected = umbmark("robuter", self.wrong.corrected, side=1.0, runs=1)
+    planted = believing(1.01, 1.02)
+
+    @cached_property
+    def wrong(self) -> Umbmark:
+        return umbmark("robuter", self.planted, side=1.0, runs=1)
+
+    @cached_property
+    def right(self) -> Umbmark:
+        return umbmark("robuter", TRUE, side=1.0, runs=1)
+
+    @cached_property
+    def corrected(self) -> Umbmark:
+        return umbmark("robuter", self.wrong.corrected, side=1.0, runs=1)
 
 
 @pytest.fixture(scope="module")
@@ -129,6 +138,7 @@ def test_a_right_belief_leaves_what_the_tyres_scrub_off(driven: Driven) -> None:
     assert driven.right.worst < 0.05
 
 
+@pytest.mark.slow
 def test_correction_helps_on_the_floor(driven: Driven) -> None:
     assert driven.wrong.worst > 0.1
     assert driven.corrected.worst < driven.wrong.worst / 10

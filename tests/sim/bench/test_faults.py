@@ -84,6 +84,7 @@ def ranges(one: RecordedView) -> NDArray[np.float32]:
 # --- kidnap ---
 
 
+@pytest.mark.quick_cases("robuter-2-4.5")
 @pytest.mark.parametrize(("robot", "at", "to"), [("robuter", 2, 4.5), ("robuter", 4.5, 2), ("segway_rmp", 2, 4.5)])
 def test_the_odometer_does_not_notice_a_kidnap_and_the_truth_does(
     corridor: World, robot: str, at: float, to: float

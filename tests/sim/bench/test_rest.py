@@ -12,6 +12,7 @@ from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.rendering.renderer import RendererKind
 
 
+@pytest.mark.quick_cases("ahead-segway_rmp", "on the spot-robuter")
 @pytest.mark.parametrize("name", ["robuter", "segway_rmp"])
 @pytest.mark.parametrize("twist", [Twist(), Twist(0.4, 0.0), Twist(0.0, 0.5)], ids=["none", "ahead", "on the spot"])
 def test_a_robot_comes_to_rest_and_each_period_is_told(name: str, twist: Twist) -> None:

@@ -84,6 +84,7 @@ def test_the_pinholes_picture_is_just_large_enough(lens: Lens) -> None:
     assert np.tan(np.radians(eye.pinhole.fovy / 2)) * eye.focal == pytest.approx(eye.pinhole.height / 2)
 
 
+@pytest.mark.quick_cases("barrel")
 @needs_vulkan
 @every_lens
 def test_rendered_and_drawn_lamps_lie_where_opencv_puts_them(lens: Lens) -> None:

@@ -58,6 +58,7 @@ def test_between_them_views_stand_apart_as_asked(taken: list[RecordedView]) -> N
     assert taken[-1].progress == pytest.approx(4.0, abs=0.25)
 
 
+@pytest.mark.quick_cases("0.2")
 @pytest.mark.parametrize("period", [0.04, 0.2])
 def test_no_two_views_are_taken_at_once_and_all_come_back(tmp_path: Path, period: float) -> None:
     """A file tells views apart by their times; what begins where a view was due is not lost."""

@@ -27,6 +27,7 @@ def room() -> World:
     return corridor(12)
 
 
+@pytest.mark.quick_cases("robuter--180")
 @pytest.mark.parametrize("angle", [-180, 270])
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_it_turns_by_the_angle_and_stays_in_its_place(room: World, robot: str, angle: int) -> None:
@@ -43,6 +44,7 @@ def test_it_turns_by_the_angle_and_stays_in_its_place(room: World, robot: str, a
     assert math.dist((done.rest.x, done.rest.y), (5.0, 0.0)) < 0.03
 
 
+@pytest.mark.quick_cases("robuter")
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_it_turns_on_an_arc_whose_end_is_known(room: World, robot: str) -> None:
     done = behaved(room, robot, "MT:60,0.8", (4.0, -0.2, 0.0))
@@ -54,6 +56,7 @@ def test_it_turns_on_an_arc_whose_end_is_known(room: World, robot: str) -> None:
     assert not done.touched
 
 
+@pytest.mark.quick_cases("robuter")
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_it_carries_on_along_a_way_beside_it(room: World, robot: str) -> None:
     done = behaved(room, robot, "MN:5,0,0,0.3,-4", (2.0, 0.2, 0.1))
@@ -66,7 +69,7 @@ def test_it_carries_on_along_a_way_beside_it(room: World, robot: str) -> None:
     assert not done.touched
 
 
-@pytest.mark.quick_cases("3-0.5-90-robuter", "-1.5--0.3-None-segway_rmp")
+@pytest.mark.quick_cases("3-0.5-90-robuter")
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize(("x", "y", "heading"), [(3, 0.5, 90), (-1.5, -0.3, None)])
 def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, heading: float | None) -> None:
@@ -185,6 +188,7 @@ def test_a_robot_of_ones_own_is_described_as_it_is_also_in_a_world(room: World) 
         assert run(bench, make_behaviour(parse_behaviour("MA:0.3,0"), frame)).outcome is BehaviourOutcome.FINISHED
 
 
+@pytest.mark.quick_cases("segway_rmp-MA", "robuter-MO")
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.code)
 @pytest.mark.parametrize("robot", robots.names())
 def test_every_behaviour_of_every_robot_ends_with_a_reason_and_the_robot_at_rest(

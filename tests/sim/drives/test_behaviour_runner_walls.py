@@ -107,6 +107,7 @@ def test_carrying_on_it_fails_where_nothing_is_free() -> None:
     assert not done.touched
 
 
+@pytest.mark.quick_cases("1.2,1.2-0.0")
 @pytest.mark.parametrize(("told", "middle"), [("1.2,1.2", 0.0), ("0.9,1.5", 0.3)])
 def test_told_of_both_walls_it_knows_them_from_anywhere_between_them(told: str, middle: float) -> None:
     done = behaved(corridor(14), "robuter", f"MN:9,{told}", (2.0, -0.65, -0.05))  # more than half a metre aside
@@ -116,6 +117,7 @@ def test_told_of_both_walls_it_knows_them_from_anywhere_between_them(told: str, 
     assert not done.touched
 
 
+@pytest.mark.quick_cases("6.2-BehaviourOutcome.FAILED")
 @pytest.mark.parametrize(("length", "outcome"), [(5.7, BehaviourOutcome.FINISHED), (6.2, BehaviourOutcome.FAILED)])
 def test_before_a_wall_its_way_is_done_where_little_is_left_of_it(length: float, outcome: BehaviourOutcome) -> None:
     done = behaved(corridor(8), "robuter", f"MN:{length:g}")

@@ -43,6 +43,7 @@ def eyes(world: World, pose: Pose, bearing: float, name: str = "robuter") -> np.
         return bench.data.camera(CAMERA).xpos.copy()
 
 
+@pytest.mark.quick_cases("segway_rmp")
 @pytest.mark.parametrize("name", ["robuter", "segway_rmp"])
 def test_on_an_empty_floor_it_stands_where_it_was_asked_to(name: str) -> None:
     at = eyes(with_chase_camera(empty_floor("overcast")), Pose(1.0, 2.0, 0.5), -math.pi / 2, name)
@@ -50,6 +51,7 @@ def test_on_an_empty_floor_it_stands_where_it_was_asked_to(name: str) -> None:
     assert bearing == pytest.approx(0.5 - math.pi / 2)
 
 
+@pytest.mark.quick_cases("0.3")
 @pytest.mark.parametrize("bearing", [-math.pi / 2, math.pi / 2, 0.3])
 def test_in_a_corridor_it_stays_between_the_walls(bearing: float) -> None:
     at = eyes(corridor(), Pose(4.0, 0.0, 0.0), bearing)
@@ -57,6 +59,7 @@ def test_in_a_corridor_it_stays_between_the_walls(bearing: float) -> None:
     assert math.dist(at[:2], (4.0, 0.0)) > 2.0
 
 
+@pytest.mark.quick_cases("0.8")
 @pytest.mark.parametrize("height", [2.0, 0.8])
 def test_it_looks_past_what_hides_the_robot_or_its_wheels(height: float) -> None:
     hiding = BOX.format(height=height)

@@ -40,7 +40,7 @@ def through(crossing: Crossing, name: str) -> bool:
     return crossing.good and crossing.end.x - robots.load(name).shape.behind > THICK
 
 
-@pytest.mark.quick_cases("other-hinge-robuter", "square-segway_rmp")
+@pytest.mark.quick_cases("other-hinge-robuter")
 @every_robot
 @pytest.mark.parametrize(
     ("door", "corners"),
@@ -80,6 +80,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.quick_cases("closed-robuter", "half-open-segway_rmp", "two-thirds-open-robuter", "narrow-segway_rmp")
 @every_robot
 @pytest.mark.parametrize(("door", "why"), REFUSED.values(), ids=REFUSED)
 def test_it_refuses_what_it_does_not_fit_through(name: str, door: str, why: str) -> None:
@@ -101,6 +102,7 @@ def test_it_waits_for_somebody_behind_the_door_and_then_gives_up(name: str) -> N
         assert not crossing.touched
 
 
+@pytest.mark.quick_cases("robuter")
 @every_robot
 def test_it_does_not_go_where_somebody_stands_between_the_jambs(name: str) -> None:
     """Legs in the plane of the wall look like two gaps that end at no wall: then no door is found."""
@@ -121,6 +123,7 @@ def test_it_waits_for_somebody_who_walks_into_its_way_while_it_crosses(name: str
         assert any(re.match(r"(something is|sonar:) 0\.\d\d m ahead", why) for why in crossing.waited), crossing
 
 
+@pytest.mark.quick_cases("0.3--0.2-robuter")
 @every_robot
 @pytest.mark.parametrize(("back", "aside"), [(0.0, 0.12), (0.3, -0.2)])
 def test_it_stops_where_it_was_carried_off_while_it_crosses(name: str, back: float, aside: float) -> None:
@@ -187,6 +190,7 @@ def laboratory() -> World:
     return opened("laboratory", "store")
 
 
+@pytest.mark.slow
 @mostly("segway_rmp", "name")
 def test_it_crosses_a_door_of_the_laboratory_between_poster_and_bin(laboratory: World, name: str) -> None:
     with standing(laboratory, name) as bench:

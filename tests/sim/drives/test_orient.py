@@ -13,6 +13,7 @@ PILLAR = (
 )
 
 
+@pytest.mark.quick_cases("robuter-1.1-0.3-0", "segway_rmp-0.7-0.5--90")
 @pytest.mark.parametrize(
     ("robot", "x", "y", "bearing"),
     [

@@ -85,7 +85,7 @@ CASES = [
 ]
 
 
-@pytest.mark.quick_cases("behaviours", "collisions")
+@pytest.mark.quick_cases("collisions")
 @pytest.mark.parametrize(("name", "actions", "steps", "made_with"), CASES)
 def test_each_does_as_it_would_alone(name: str, actions: Any, steps: int, made_with: dict[str, Any]) -> None:
     """Observations, rewards, flags and infos, bit for bit, through the ends of episodes."""

@@ -69,6 +69,9 @@ ALIKE = ("rooms:0", "rooms:1", "rooms:5")
 MIXED = ("corridor:3", "rooms:2", "corridor:3", "corridor:10")
 
 
+@pytest.mark.quick_cases(
+    "worlds1-None", "worlds1-push", "worlds1-carry", "worlds0-slip", "worlds0-brake", "worlds0-spoil"
+)
 @pytest.mark.parametrize("meddling", [None, slip, brake, push, carry, spoil])
 @pytest.mark.parametrize("worlds", [ALIKE, MIXED])
 def test_together_is_as_alone(worlds: tuple[str, ...], meddling: Meddling | None) -> None:
@@ -90,6 +93,7 @@ def test_meddling_makes_a_difference() -> None:
     assert all(other[:half] == plain[:half] and other[-1] != plain[-1] for other in others)
 
 
+@pytest.mark.quick_cases("1", "3")
 @pytest.mark.parametrize("threads", [1, 2, 3, 0])
 def test_nothing_depends_on_the_threads(threads: int) -> None:
     lone = [alone(going(bench("rooms:0", i, "segway_rmp"), 0.1 * i)) for i in range(4)]

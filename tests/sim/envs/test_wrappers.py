@@ -77,7 +77,7 @@ def test_a_video_is_written(tmp_path: Path) -> None:
     assert [path.suffix for path in (tmp_path / "videos").iterdir()] == [".mp4"]
 
 
-@pytest.mark.quick_cases("FollowCorridor", "CrossDoor")
+@pytest.mark.quick_cases("CrossDoor")
 @pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")
 @pytest.mark.parametrize("task", ["FollowCorridor", "CrossDoor", "ReachPlace"])
 def test_there_is_light_where_pictures_are_taken(task: str) -> None:

@@ -73,6 +73,7 @@ def ran(
         return ended, bench.pose, touched
 
 
+@pytest.mark.quick_cases("2")
 @pytest.mark.parametrize("unit", [1, 2, 3])
 def test_a_length_is_gone_to_within_the_odometer_s_error(bare: World, unit: int) -> None:
     settings = BenchSettings(RendererKind.NONE, unit=unit)
@@ -101,6 +102,7 @@ def test_an_angle_is_turned(bare: World, angle: int) -> None:
     assert math.hypot(rest.x - 3.0, rest.y) < 0.01
 
 
+@pytest.mark.quick_cases("1000-100")
 @pytest.mark.parametrize(("near", "speed"), [(1000, 100), (500, 20)])
 def test_it_ends_where_the_sonar_reads_less(bare: World, near: int, speed: int) -> None:
     start = LENGTH - AHEAD - near / 1000 - 0.4
@@ -135,6 +137,7 @@ def test_where_nothing_is_beside_it_it_goes_straight_on() -> None:
     assert abs(rest.y) < 0.03
 
 
+@pytest.mark.quick_cases("0.08")
 @pytest.mark.parametrize("aside", [-0.08, 0.0, 0.08])
 def test_it_goes_through_an_opening_of_1_m(narrow: World, aside: float) -> None:
     ended, rest, touched = ran(narrow, "CROSS", (4.5, aside, 0.0))

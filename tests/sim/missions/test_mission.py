@@ -220,6 +220,7 @@ def test_a_closed_door_is_refused(offices: World, learnt: Map) -> None:
     assert np.abs(done.track[:, 2]).max() < 1.2, "it stays in the corridor"
 
 
+@pytest.mark.slow
 def test_past_the_first_door_and_through_the_second(offices: World, learnt: Map) -> None:
     """The first is closed, and the second the only one that is open."""
     done = run(offices, compiled(parse_mission("[LD_LDMC]"), path_along(learnt)), learnt)

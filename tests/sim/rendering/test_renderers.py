@@ -171,6 +171,7 @@ def test_the_sky_is_as_bright_by_two_passes_as_by_one(monkeypatch: pytest.Monkey
     np.testing.assert_allclose(drawn[1], drawn[0], rtol=1e-5)
 
 
+@pytest.mark.quick_cases("1")
 @needs_vulkan
 @pytest.mark.parametrize("many", [1, 30])
 def test_frames_repeat_bit_by_bit_in_any_order_of_sizes(many: int, monkeypatch: pytest.MonkeyPatch) -> None:

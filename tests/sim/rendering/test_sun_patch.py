@@ -51,7 +51,7 @@ KINDS = [
 ]
 
 
-@pytest.mark.quick_cases("13:00-baked", "16:00-filament")
+@pytest.mark.quick_cases("16:00-filament")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("hour", ["13:00", "16:00"])
 def test_the_sun_falls_through_a_window_to_where_geometry_puts_it(hour: str, kind: RendererKind) -> None:

@@ -106,6 +106,7 @@ def test_who_takes_his_hand_away_lets_the_robot_stop_by_itself() -> None:
     assert not shown[-1].stops
 
 
+@pytest.mark.quick_cases("robuter")
 @pytest.mark.parametrize("robot", ["robuter", "segway_rmp"])
 def test_a_hand_that_asks_for_too_much_gets_what_the_robot_may(robot: str) -> None:
     limits = robots.load(robot).limits

@@ -149,7 +149,7 @@ def share_is(count: int, of: int, strength: float) -> bool:
     return abs(count - strength * of) <= 4.0 * math.sqrt(of * strength * (1.0 - strength)) + 0.5
 
 
-@pytest.mark.quick_cases("0.15", "0.5")
+@pytest.mark.quick_cases("0.15")
 @pytest.mark.parametrize("strength", [0.15, 0.5, 0.8])
 def test_strength_is_the_share_of_things_that_change(strength: float) -> None:
     change, runs = Change(doors=strength, bins=strength, furniture=strength), range(20)
@@ -199,6 +199,7 @@ def test_all_that_changes_leaves_the_routes_free(plan: FloorPlan, change: Change
     assert_routes_are_free(plan, checked(changed(plan, change, seed), "changed"))
 
 
+@pytest.mark.slow_cases("second-floor")
 @pytest.mark.parametrize("name", world_names())
 def test_every_world_changes_and_keeps_its_routes_free(name: str) -> None:
     plan = load_plan(name)

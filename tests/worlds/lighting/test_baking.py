@@ -41,6 +41,7 @@ def baked_on(text: str, light: str, cards: Cards) -> np.ndarray:
     return found[0].around
 
 
+@pytest.mark.quick_cases("13:00,cloud=1-0.1")
 @pytest.mark.parametrize(("light", "off"), [("13:00", 0.1), ("13:00,cloud=1", 0.1), ("18:00", 0.2)])
 def test_an_empty_room_has_the_meters_light(light: str, off: float) -> None:
     """Two ways: patches and form factors that lose no light there, rays and sources that are seen in part here.

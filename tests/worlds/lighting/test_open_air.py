@@ -232,6 +232,7 @@ def test_lamps_burn_in_the_dark_and_by_hand() -> None:
 # --- shadows ---
 
 
+@pytest.mark.quick_cases("13:00")
 @pytest.mark.parametrize("light", ["10:00", "13:00"])
 def test_a_poles_shadow_is_as_long_as_the_suns_elevation_says(light: str) -> None:
     world = lit(light)

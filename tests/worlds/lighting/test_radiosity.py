@@ -42,6 +42,7 @@ def test_a_closed_box_is_an_integrating_sphere(albedo: float) -> None:
     assert falling == pytest.approx(1000 / (area * (1 - albedo)), rel=0.01)
 
 
+@pytest.mark.quick_cases("16:00-hallway", "late-evening-annex")
 @pytest.mark.parametrize("world", ["hallway", "annex"])
 @pytest.mark.parametrize("light", ["16:00", "18:00", "late-evening"])
 def test_what_the_sources_give_is_what_the_surfaces_take_in(world: str, light: str) -> None:

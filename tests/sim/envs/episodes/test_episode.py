@@ -96,6 +96,7 @@ def test_backward_into_a_wall_is_a_collision(robot: str) -> None:
     assert info["pose"][0] < -2.5
 
 
+@pytest.mark.quick_cases("robuter")
 @pytest.mark.parametrize("robot", ["robuter", "segway_rmp"])
 def test_forward_into_a_wall_it_is_stopped_and_says_so(robot: str) -> None:
     env = made("CrossDoorTwist", robot=robot)
