@@ -280,6 +280,7 @@ def test_a_motion_that_is_no_number_was_not_measured(name: str, value: Any) -> N
     assert (view.distance, view.turn, view.has_odometry) == (0.0, 0.0, False)
 
 
+@pytest.mark.quick_cases("None-best", "nan-thesis", "-inf-best")
 @pytest.mark.parametrize("profile", ["thesis", "best"])
 @pytest.mark.parametrize("value", [None, float("nan"), float("inf"), float("-inf")])
 def test_beliefs_without_odometry_are_the_same_however_that_is_told(profile: str, value: Any) -> None:

@@ -87,11 +87,12 @@ def test_no_set_of_joins_costs_less() -> None:
 
 def test_the_order_of_paths_and_joins_does_not_matter() -> None:
     candidates = [*RIGHT, *WRONG[:1]]
+    verdicts = JoinGraph(TRACKS, candidates).verdicts()
     for order in permutations(range(3)):
         new = {old: number for number, old in enumerate(order)}
         renamed = [replace(one, one=new[one.one], other=new[one.other]) for one in reversed(candidates)]
         found = JoinGraph([TRACKS[old] for old in order], renamed).verdicts()
-        assert found == tuple(reversed(JoinGraph(TRACKS, candidates).verdicts()))
+        assert found == tuple(reversed(verdicts))
 
 
 def test_a_wheel_a_tenth_too_small_contradicts_no_right_join() -> None:

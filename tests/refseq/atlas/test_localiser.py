@@ -26,6 +26,7 @@ PROFILES = [pytest.param(ALIKE, id="best"), pytest.param(THESIS, id="thesis")]
 A, B = [("A", 0, 30), ("B", 0, 30)], [("C", 0, 25), ("B", 0, 30), ("D", 0, 20)]
 
 
+@pytest.mark.quick_cases("thesis-prior", "best-chain")
 @pytest.mark.parametrize("stage", list(Stage))
 @pytest.mark.parametrize("profile", PROFILES)
 def test_of_one_path_the_trackers_of_several_answer_as_its_sequence(profile: Profile, stage: Stage) -> None:
@@ -61,6 +62,7 @@ def test_hindsight_tells_the_same_when_it_is_asked_again(profile: Profile) -> No
     assert hindsight.beliefs() == hindsight.beliefs()
 
 
+@pytest.mark.quick_cases("thesis-uniform", "best-chain")
 @pytest.mark.parametrize("stage", list(Stage))
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_reset_localiser_begins_anew(profile: Profile, stage: Stage) -> None:
@@ -74,6 +76,7 @@ def test_a_reset_localiser_begins_anew(profile: Profile, stage: Stage) -> None:
         assert again.lost == one.lost
 
 
+@pytest.mark.quick_cases("profile1-AC-0.85")
 @pytest.mark.parametrize(
     ("profile", "names", "least"), [(BEST, "AC", 0.99), (THESIS, "AC", 0.85), (THESIS, "ABCDEF", 0.6)]
 )

@@ -97,7 +97,7 @@ def twice(poses: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.flatnonzero(np.tril(near, -10).any(axis=1))
 
 
-@pytest.mark.quick_cases("2-corners0-16", "3-corners1-14")
+@pytest.mark.quick_cases("3-corners1-14")
 @pytest.mark.parametrize(("corners", "back"), [(EIGHT, 16), (RING, 14)])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_path_that_comes_back_to_itself_is_joined_there(corners: Corners, back: int, seed: int) -> None:
@@ -156,6 +156,7 @@ def test_short_joins_of_a_path_with_itself_have_the_earlier_view_first() -> None
     assert (merged.paths[0].loops[:, 0] < merged.paths[0].loops[:, 1]).all()
 
 
+@pytest.mark.quick_cases("1-corners0", "3-corners1")
 @pytest.mark.parametrize("corners", [STRAIGHT, THERE_AND_BACK])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_path_without_loops_stays_as_it_is(corners: Corners, seed: int) -> None:

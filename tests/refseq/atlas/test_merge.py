@@ -73,6 +73,7 @@ def test_similarity_is_not_symmetric_and_has_a_row_a_view() -> None:
     assert not np.allclose(there, back.T)
 
 
+@pytest.mark.quick_cases("best")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_shared_stretch_is_taken_out_of_the_longer_sequence(profile: Profile) -> None:
     walks = {"one": TOWN.learnt(A, 1, profile), "other": TOWN.learnt(B, 2, profile)}
@@ -199,6 +200,7 @@ def test_adding_one_later_joins_what_merging_all_at_once_joins() -> None:
     assert_true(later.map, walks)
 
 
+@pytest.mark.quick_cases("long keeper")
 @pytest.mark.parametrize("names", [("x", "y"), ("y", "x")], ids=["short keeper", "long keeper"])
 def test_what_two_paths_share_by_a_third_is_kept_once(names: tuple[str, str]) -> None:
     """Corridor A is on three paths, and the join of two of them is left out: both are joined to the third there."""

@@ -241,6 +241,7 @@ def test_a_compressed_log_is_read_as_it_is(tmp_path: Path, packed: Callable[[byt
     assert [view.time for view in recording.views] == [view.time for view in plain.views]
 
 
+@pytest.mark.quick_cases("compress0")
 @pytest.mark.parametrize("packed", [gzip.compress, bz2.compress])
 def test_a_compressed_log_that_was_cut_off_gives_what_is_left(tmp_path: Path, packed: Callable[[bytes], bytes]) -> None:
     rng = np.random.default_rng(1)

@@ -98,6 +98,7 @@ def test_a_reset_localiser_has_no_fault():
     assert localiser.update(QUERY[0]).faults == ()
 
 
+@pytest.mark.quick_cases("camera-1")
 @pytest.mark.parametrize("name", ["camera-1", "camera-2"])
 def test_a_sensor_that_the_map_does_not_have_leaves_the_robot_where_it_is(name):
     query = [replace(one, images={name: two.images[name]}) for one, two in zip(QUERY, drive(30, seed=2), strict=True)]

@@ -59,6 +59,7 @@ def test_a_behaviour_that_begins_nowhere_is_refused(views: list[View], words: st
         Annotations(("", words))
 
 
+@pytest.mark.quick_cases("thesis")
 @pytest.mark.parametrize("profile", ["thesis", "best"])
 def test_a_drive_whose_motion_nobody_measured_moves_on(views: list[View], map_: Map, profile: str) -> None:
     known = map_ if profile == "best" else learn(views, profile=profile, sensors=["forward"])

@@ -274,6 +274,7 @@ def test_a_likelihood_knows_no_odometer_and_no_view_before() -> None:
         assert all(np.allclose(one.places, two.places) for one, two in pairs) is same
 
 
+@pytest.mark.quick_cases("none-likelihood", "entropy-posterior", "average-likelihood", "learnt-posterior")
 @pytest.mark.parametrize("observed", ["posterior", "likelihood"])
 @pytest.mark.parametrize("rule", list(LostView))
 def test_every_rule_finds_the_drive_and_says_more_often_lost_off_it(rule: LostView, observed: str) -> None:
@@ -313,6 +314,7 @@ def test_evidence_finds_the_same_drive_place_by_place(reference: list[View], sta
     assert all(belief.lost < 0.5 for belief in beliefs)
 
 
+@pytest.mark.quick_cases("0-uniform", "0-prior", "0-chain")
 @pytest.mark.parametrize("stage", STAGES)
 @pytest.mark.parametrize("seed", range(3))
 def test_beliefs_by_evidence_are_what_they_promise(stage: Stage, seed: int) -> None:

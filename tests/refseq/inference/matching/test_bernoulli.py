@@ -121,6 +121,7 @@ def test_two_noisy_kinds_stay_dominant_beside_small_extras() -> None:
         assert np.abs(dominant(mixture) - [FIRST, ~FIRST]).mean() < 0.05
 
 
+@pytest.mark.quick_cases("0", "1", "2")
 @pytest.mark.parametrize("seed", range(10))
 def test_kinds_are_recovered_from_matrices_with_random_flips(seed: int) -> None:
     V = CLEAN ^ (rng(seed).random(CLEAN.shape) < 0.03)

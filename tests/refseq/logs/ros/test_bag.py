@@ -109,6 +109,7 @@ def test_a_bag_says_what_it_holds(tmp_path: Path) -> None:
     assert {sample.frame for sample in samples} == {"laser"}
 
 
+@pytest.mark.quick_cases("False-3.141592653589793-False", "False--2.0-True", "True-0.0-False")
 @pytest.mark.parametrize("upside_down", [False, True])
 @pytest.mark.parametrize("yaw", [0.0, math.pi, -2.0])
 @pytest.mark.parametrize("ros1", [False, True])

@@ -71,6 +71,7 @@ def test_rows_that_are_no_relations(tmp_path: Path, rows: str, told: str) -> Non
         read_trajectory(path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "radish").is_dir(), reason=f"no recordings in {DATA}")
 def test_relations_of_a_real_log_lie_as_its_corrected_poses_do() -> None:
     related = read_trajectory(DATA / "radish" / "aces.relations")

@@ -136,6 +136,7 @@ def test_in_hindsight_too() -> None:
         close(belief, wanted)
 
 
+@pytest.mark.quick_cases("thesis")
 def test_a_robot_that_stood_since_the_start_is_no_surer_either(map_: Map) -> None:
     localiser = Localiser(map_)
     first = QUERY[AT]
@@ -148,6 +149,7 @@ def test_a_robot_that_stood_since_the_start_is_no_surer_either(map_: Map) -> Non
     assert len({len(belief.path) for belief in beliefs}) == 1
 
 
+@pytest.mark.quick_cases("best")
 def test_an_odometer_of_zeros_is_told_once_and_does_not_hold_the_robot(map_: Map) -> None:
     zeros = [replace(view, distance=0.0, turn=0.0) for view in QUERY]
     beliefs = localise(map_, zeros, stages=[Stage.CHAIN])[Stage.CHAIN]

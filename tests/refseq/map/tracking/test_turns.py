@@ -48,6 +48,7 @@ def answers(map_: Map, views: Sequence[View]) -> list[Belief]:
     return [localiser.update(view) for view in views]
 
 
+@pytest.mark.quick_cases("one path")
 def test_who_goes_straight_on_is_said_to_have_left_the_path(maps: tuple[Map, Map]) -> None:
     without, asking = (lost(answers(map_, STRAIGHT)) for map_ in maps)
     np.testing.assert_allclose(without[:CORNER], asking[:CORNER], atol=1e-6)

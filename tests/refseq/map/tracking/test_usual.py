@@ -24,7 +24,7 @@ from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_map
 from tests.support import CAMERAS, corridor_drive, texture
 
-COUNT, LEFT = 40, 25
+COUNT, LEFT = 32, 18
 """Views of the path, and the one at which the robot leaves it."""
 
 
