@@ -176,6 +176,7 @@ def check(found: Localised, truth: bool) -> None:
         assert narrow["right"] >= 0.6 * narrow["of"]
 
 
+@pytest.mark.quick_cases("carmen", "ros2_mcap", "pictures")
 @pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
 def test_a_log_is_learnt_and_localised(write, tmp_path, capsys):
     """With truth; without it, and through all other commands, in the slow test below."""

@@ -483,6 +483,7 @@ def test_the_page_and_the_record_tell_of_all_drives(done: Judged, folder: Path, 
     assert re.search(r"second \(\d+ of 23\)", page)
 
 
+@pytest.mark.slow
 def test_one_drive_twice_is_merged_into_one(tmp_path: Path) -> None:
     text = LOGS.replace("odometry_noise = true\n", "").replace('"second.mcap"', '"first.mcap"')
     text = text.replace('"query.mcap"', '"second.mcap"\nviews = "0:5"')

@@ -340,6 +340,7 @@ def test_at_least_decides_between_0_and_1(refseq: Refseq, desk: Path) -> None:
     assert unknown.code == 1
 
 
+@pytest.mark.slow
 def test_a_drive_is_reported_and_shown_from_its_files(refseq: Refseq, desk: Path, tmp_path: Path) -> None:
     files = (desk / "map.refseq", desk / "run.mcap", desk / "beliefs.parquet")
     assert refseq("report", *files, "-o", tmp_path / "r.html").code == 0

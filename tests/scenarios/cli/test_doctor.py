@@ -117,6 +117,7 @@ def test_a_python_outside_the_bounds_is_told(machine):
     assert not named("Python").ok
 
 
+@pytest.mark.quick_cases("variables1-lost1", "variables2-lost2")
 @pytest.mark.parametrize(
     ("variables", "lost"),
     [

@@ -138,7 +138,8 @@ def test_what_leads_off_the_map_is_told_and_becomes_a_path_of_its_own_when_asked
     assert re.fullmatch(
         r"note: views 2\d:36 of ahead\.mcap lead \d+\.\d m off the map; --explore makes a path .*\n", told
     )
-    answer = refseq("map", "add", "map.refseq", "ahead.mcap", "--explore", "-o", "whole.refseq")
+    words = ("--explore", "-o", "whole.refseq", "--tolerance", "0.05")
+    answer = refseq("map", "add", "map.refseq", "ahead.mcap", *words)
     assert (answer.code, answer.err) == (0, "")
     assert re.search(
         r"^ahead-1\.refseq: views \d+:36 of ahead\.mcap, \d+\.\d m of them off the map$", answer.out, re.MULTILINE
@@ -147,21 +148,16 @@ def test_what_leads_off_the_map_is_told_and_becomes_a_path_of_its_own_when_asked
     assert whole.names == ("map", "ahead-1")
     assert len(whole) < len(Map.load(here / "map.refseq")) + len(Map.load(here / "ahead-1.refseq")), "they are joined"
     assert [member.file for member in whole.record.members] == ["map.refseq", "ahead-1.refseq"]
-    # What was explored is known from now on.
-    again = refseq("map", "add", "whole.refseq", "ahead.mcap", "--explore")
-    assert (again.code, again.out) == (0, "ahead.mcap: leads nowhere off the map; nothing is written\n")
-
-
-def test_a_new_path_tells_its_recording_as_a_learnt_map_does(refseq: Refseq, here: Path) -> None:
-    """So that the page of joins finds its pictures there, read as they were."""
-    words = ("--explore", "-o", "whole.refseq", "--tolerance", "0.05")
-    assert refseq("map", "add", "map.refseq", "ahead.mcap", *words).code == 0
+    # It tells its recording as a learnt map does, so that the page of joins finds its pictures, read as they were.
     notes = Map.load(here / "ahead-1.refseq").metadata
     assert {key: notes.get(key) for key in ("source", "read_with_tolerance", "robot")} == {
         "source": "ahead.mcap",
         "read_with_tolerance": "0.05",
         "robot": "robuter",
     }
+    # What was explored is known from now on.
+    again = refseq("map", "add", "whole.refseq", "ahead.mcap", "--explore")
+    assert (again.code, again.out) == (0, "ahead.mcap: leads nowhere off the map; nothing is written\n")
 
 
 def test_new_paths_are_merged_with_the_shortest_overlap_that_was_asked_for(refseq: Refseq, here: Path) -> None:

@@ -251,6 +251,7 @@ def test_a_machines_decision_without_its_lengths_is_a_persons(tmp_path: Path) ->
     assert [one.sides for one in machines] == [DECISIONS[1].sides]
 
 
+@pytest.mark.slow
 def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path) -> None:
     refuse = Decision("west", "east", (14, 27), (0, 11), (0, 0), False, BY_A_PERSON)
     write_decisions(here / "no.toml", [refuse])
@@ -307,6 +308,7 @@ def test_an_atlas_of_one_grows_to_what_is_merged_at_once(refseq: Refseq, here: P
     assert (here / "larger.refseq").read_bytes() == (here / "at-once.refseq").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_persons_decision_survives_a_later_merge(refseq: Refseq, here: Path, third: Path) -> None:
     write_decisions(here / "no.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), False, BY_A_PERSON)])
     refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
@@ -363,10 +365,18 @@ def test_doubtful_joins_come_first_on_the_page_and_sure_ones_last() -> None:
     assert worst_first(merged) == [2, 4, 3, 6, 1, 0]
 
 
+def two_short(maps: Path, folder: Path) -> tuple[Path, Path]:
+    """Two maps of the same five views, in files of their own."""
+    west, east = folder / "west.refseq", folder / "east.refseq"
+    for file in (west, east):
+        file.write_bytes((maps / "thesis.refseq").read_bytes())
+    return west, east
+
+
 def test_a_merge_reads_each_map_once(
     refseq: Refseq, maps: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    parts = [str(maps / f"{name}.refseq") for name in ("west", "east")]
+    parts = two_short(maps, tmp_path)
     assert refseq("map", "merge", *parts, "-o", tmp_path / "whole.refseq").code == 0
     read: list[str] = []
     load = Map.load
@@ -402,16 +412,17 @@ def test_a_merged_map_that_is_named_through_a_link_finds_its_members(
     refseq: Refseq, maps: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "kept").mkdir()
-    files = [tmp_path / "kept" / f"{name}.refseq" for name in ("west", "east", "whole")]
-    for file in files[:2]:
-        file.write_bytes((maps / file.name).read_bytes())
-    assert refseq("map", "merge", str(files[0]), "-o", str(files[2])).code == 0
-    link, out = tmp_path / "link.refseq", tmp_path / "out.refseq"
-    link.symlink_to(files[2])
-    assert refseq("map", "merge", str(link), str(files[1]), "-o", str(out)).code == 0
-    assert content(out) == content(maps / "atlas.refseq")
+    west, east = two_short(maps, tmp_path / "kept")
+    whole = tmp_path / "kept" / "whole.refseq"
+    assert refseq("map", "merge", west, "-o", whole).code == 0
+    link, out, at_once = (tmp_path / f"{name}.refseq" for name in ("link", "out", "at-once"))
+    link.symlink_to(whole)
+    assert refseq("map", "merge", link, east, "-o", out).code == 0
+    assert refseq("map", "merge", west, east, "-o", at_once).code == 0
+    assert content(out) == content(at_once)
 
 
+@pytest.mark.slow
 def test_the_same_drive_twice_is_joined_whole(refseq: Refseq, here: Path) -> None:
     (here / "again.refseq").write_bytes((here / "west.refseq").read_bytes())
     assert refseq("map", "merge", "west.refseq", "again.refseq", "-o", "both.refseq").code == 0

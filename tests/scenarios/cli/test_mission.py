@@ -46,21 +46,27 @@ def test_a_plan_tells_doors_and_orders(refseq: Refseq, here: Path) -> None:
     assert [line.split()[2] for line in lines[-3:]] == ["MN:14", "MN:14", "MC:left"]
 
 
-def test_a_mission_is_run_told_and_left_in_a_folder(refseq: Refseq, here: Path, tmp_path: Path) -> None:
-    answer = refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "-o", str(tmp_path / "out"))
+@pytest.mark.quick_cases("to the second door")
+@pytest.mark.parametrize(
+    ("mission", "last"), [("[LD_LD]", "MN:14"), ("[LD_LDMC]", "MC:left")], ids=["to the second door", "through it"]
+)
+def test_a_mission_is_run_told_and_left_in_a_folder(
+    refseq: Refseq, here: Path, tmp_path: Path, mission: str, last: str
+) -> None:
+    answer = refseq("mission", "run", "offices.refseq", mission, "-o", str(tmp_path / "out"))
     assert (answer.code, answer.err) == (0, "")
     assert "passes LD: door on the left, 4.7 m" in answer.out
     assert "the mission is completed" in answer.out
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["log.txt", "mission.rrd", "plan.svg"]
     log = (tmp_path / "out" / "log.txt").read_text()
     assert log.splitlines() == [line for line in answer.out.splitlines() if " m  " in line]
-    assert "MC:left" in (tmp_path / "out" / "plan.svg").read_text()
+    assert last in (tmp_path / "out" / "plan.svg").read_text()
     record = tmp_path / "out" / "mission.rrd"
     assert verified(record)
     assert [line for (line,) in values(record, "/mission/log", "TextLog:text", "time")] == log.splitlines()
     lost = values(record, "/mission/lost", "Scalars:scalars", "view")
     assert len(lost) > 10
-    # The last ones are of the crossing itself, which leaves the path.
+    # The last ones are of the crossing itself, where it leaves the path.
     assert max(value for (value,) in lost[:-2]) < 0.5
 
 

@@ -58,7 +58,14 @@ def kept(said: str) -> tuple[int, ...]:
     return tuple(map(int, found[-1]))
 
 
-def test_a_second_run_does_nothing_again_and_says_the_same(refseq: Refseq, file: Path, cache: Path) -> None:
+@pytest.mark.quick_cases("at once")
+@pytest.mark.parametrize("how", ["at once", "by two workers"])
+def test_a_second_run_does_nothing_again_and_says_the_same(
+    refseq: Refseq, file: Path, tmp_path: Path, request: pytest.FixtureRequest, how: str
+) -> None:
+    if how == "at once":
+        request.getfixturevalue("quick")
+    cache = tmp_path / "cache"
     first = refseq("scenario", "run", file, "--cache", cache, "-j", 2)
     assert first.code == 0
     assert "passed: tiny" in first.out

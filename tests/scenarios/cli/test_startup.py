@@ -5,7 +5,7 @@ import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -84,123 +84,133 @@ DRIVES = {*ROBOTS, "foxglove"}
 MAPS = {*PICTURES, "scipy.sparse", "scipy.special"}
 CHEAP = (
     (
-        set(),
-        "live none.refseq hallway --connect nowhere",
-        "module control --address 192.0.2.1",
-        "module viewer none.refseq --connect nowhere",
-        "scenario template -o none.txt",
-        "view none.mcap --connect nowhere",
+        (
+            set(),
+            "live none.refseq hallway --connect nowhere",
+            "module control --address 192.0.2.1",
+            "module viewer none.refseq --connect nowhere",
+            "scenario template -o none.txt",
+            "view none.mcap --connect nowhere",
+        ),
+        (
+            ARRAYS,
+            "compare drive.mcap drive.mcap --methods none",
+            "localise map.refseq drive.mcap --stage none",
+            "mission lamp none.lamp",
+            "record hallway -o none.txt",
+            "scenario curves nowhere -o none.svg",
+            "scenario list",
+            "scenario list smoke --json",
+            "scenario list none",
+            "scenario report nowhere",
+            "scenario run none",
+            "scenario search none --method vlad --budget 1",
+            "scenario show none",
+            "scenario tables none.md nowhere",
+            "scenario validity nowhere",
+            "serve map.refseq --stage none",
+            "world draw none -o none.svg",
+            "world generate none -o none.toml",
+            "world list",
+        ),
+        (
+            PICTURES,
+            "drive hallway -o none.txt",
+            "log check none.mcap",
+            "log drift none.mcap",
+            "log laser none.mcap",
+            "mission look none.scene drive.mcap",
+            "mission plan map.refseq [LD_XX]",
+            "mission scene none.mcap --along 1 -o none.scene",
+        ),
+        (
+            {*PICTURES, "foxglove"},
+            "log convert none.mcap none.tum",
+            "log layout none.mcap -o none.json",
+        ),
+        (
+            LOGS,
+            "log cut none.mcap -o cut.mcap --views 0:1",
+            "log info drive.mcap",
+            "log trim none.mcap -o cut.mcap",
+        ),
     ),
     (
-        ARRAYS,
-        "compare drive.mcap drive.mcap --methods none",
-        "localise map.refseq drive.mcap --stage none",
-        "mission lamp none.lamp",
-        "record hallway -o none.txt",
-        "scenario curves nowhere -o none.svg",
-        "scenario list",
-        "scenario list smoke --json",
-        "scenario list none",
-        "scenario report nowhere",
-        "scenario run none",
-        "scenario search none --method vlad --budget 1",
-        "scenario show none",
-        "scenario tables none.md nowhere",
-        "scenario validity nowhere",
-        "serve map.refseq --stage none",
-        "world draw none -o none.svg",
-        "world generate none -o none.toml",
-        "world list",
+        (
+            ROBOTS,
+            "robot check none",
+            "robot filmstrip none -o none.png",
+            "robot list",
+            "robot serve none",
+            "robot show robuter",
+            "robot try robuter none",
+            "robot umbmark none",
+            "scenario run smoke --methods none",
+            "scenario run smoke --seeds none",
+            "scenario show smoke --json",
+            "world check none",
+            "world lux none --at 1,1,1",
+            "world show hallway",
+        ),
+        (
+            DRIVES,
+            "record none -o none.mcap",
+            "world contact-sheet none -o none.png",
+            "world day none -o none.png",
+        ),
     ),
     (
-        PICTURES,
-        "drive hallway -o none.txt",
-        "log check none.mcap",
-        "log drift none.mcap",
-        "log laser none.mcap",
-        "mission look none.scene drive.mcap",
-        "mission plan map.refseq [LD_XX]",
-        "mission scene none.mcap --along 1 -o none.scene",
-    ),
-    (
-        {*PICTURES, "foxglove"},
-        "log convert none.mcap none.tum",
-        "log layout none.mcap -o none.json",
-    ),
-    (
-        LOGS,
-        "log cut none.mcap -o cut.mcap --views 0:1",
-        "log info drive.mcap",
-        "log trim none.mcap -o cut.mcap",
-    ),
-    (
-        ROBOTS,
-        "robot check none",
-        "robot filmstrip none -o none.png",
-        "robot list",
-        "robot serve none",
-        "robot show robuter",
-        "robot try robuter none",
-        "robot umbmark none",
-        "scenario run smoke --methods none",
-        "scenario run smoke --seeds none",
-        "scenario show smoke --json",
-        "world check none",
-        "world lux none --at 1,1,1",
-        "world show hallway",
-    ),
-    (
-        DRIVES,
-        "record none -o none.mcap",
-        "world contact-sheet none -o none.png",
-        "world day none -o none.png",
-    ),
-    (
-        MAPS,
-        "demo --light none",
-        "learn none.mcap -o none.refseq",
-        "localise none.refseq drive.mcap",
-        "map add none.refseq drive.mcap",
-        "map channel none.refseq drive.mcap",
-        "map compact none.refseq -o small.refseq",
-        "map matrix map.refseq",
-        "map merge none.refseq map.refseq -o none.refseq",
-        "map paths none.refseq drive.mcap",
-        "map plan map.refseq -o none.png",
-        "map similarity none.refseq map.refseq",
-        "mission page nowhere",
-        "mission plan map.refseq",
-        "mission run none.refseq",
-        "module localiser none.refseq",
-        "module mission none.refseq",
-        "module robot none.refseq",
-        "report none.refseq drive.mcap none.parquet -o none.html",
-    ),
-    (
-        {*MAPS, "networkx"},
-        "map route map.refseq map:0 map:1",
+        (
+            MAPS,
+            "demo --light none",
+            "learn none.mcap -o none.refseq",
+            "localise none.refseq drive.mcap",
+            "map add none.refseq drive.mcap",
+            "map channel none.refseq drive.mcap",
+            "map compact none.refseq -o small.refseq",
+            "map matrix map.refseq",
+            "map merge none.refseq map.refseq -o none.refseq",
+            "map paths none.refseq drive.mcap",
+            "map plan map.refseq -o none.png",
+            "map similarity none.refseq map.refseq",
+            "mission page nowhere",
+            "mission plan map.refseq",
+            "mission run none.refseq",
+            "module localiser none.refseq",
+            "module mission none.refseq",
+            "module robot none.refseq",
+            "report none.refseq drive.mcap none.parquet -o none.html",
+        ),
+        (
+            {*MAPS, "networkx"},
+            "map route map.refseq map:0 map:1",
+        ),
     ),
 )
 """Packages that are needed for what costs little, such as a list or a name that there is not, and commands for it.
 
-No more may be imported: who draws, drives, learns or shows imports it when all that is asked for can be read.
+No more may be imported: who draws, drives, learns or shows imports it when all that is asked for can be read. Of groups
+that stand together each needs all that those before it do, so that one process can be asked for all of them.
 """
 
 
-@pytest.mark.parametrize(
-    ("needed", "lines"), [(needed, lines) for needed, *lines in CHEAP], ids=[first for _, first, *_ in CHEAP]
-)
+@pytest.mark.parametrize("groups", CHEAP, ids=[first for (_, first, *_), *_ in CHEAP])
 def test_a_command_imports_no_slow_package_that_it_does_not_use(
-    folder: Path, needed: set[str], lines: list[str]
+    folder: Path, groups: Sequence[tuple[set[str], *tuple[str, ...]]]
 ) -> None:
-    found = slow(imported(folder, *lines))
-    assert {line: modules - needed for line, modules in found.items() if modules - needed} == {}
-    assert set().union(*found.values()) == needed, "what none of them needs is not in the list"
+    found = slow(imported(folder, *(line for _, *lines in groups for line in lines)))
+    before: set[str] = set()
+    for needed, *lines in groups:
+        assert before <= needed
+        own = {line: found[line] for line in lines if line in found}
+        assert {line: modules - needed for line, modules in own.items() if modules - needed} == {}
+        before = before.union(*own.values())
+        assert before == needed, "what none of them needs is not in the list"
 
 
 def test_each_command_is_asked_for_something_cheap() -> None:
     """But the doctor, who looks at all packages."""
-    asked = [line for _, *lines in CHEAP for line in lines]
+    asked = [line for groups in CHEAP for _, *lines in groups for line in lines]
     named = commands(command_tree(*NAMES))
     lacking = [name for name in named if not any(f"{line} ".startswith(f"{name} ") for line in asked)]
     assert lacking == ["doctor"]
@@ -223,6 +233,7 @@ main()
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
+@pytest.mark.quick_cases("log info drive.mcap --json")
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full, which is as full as a disk can be")
 @pytest.mark.parametrize("line", ["--version", "world list", "log info drive.mcap --json"])
 def test_output_that_nobody_can_take_is_one_line(folder: Path, line: str) -> None:
@@ -237,6 +248,7 @@ def test_output_that_nobody_can_take_is_one_line(folder: Path, line: str) -> Non
 START = [sys.executable, "-c", "from refseq_bench.scenarios.cli.start import main; main()"]
 
 
+@pytest.mark.quick_cases(">&- 2>&-")
 @pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "2>&-"])
 def test_a_service_without_an_output_has_done_what_was_asked(folder: Path, closed: str) -> None:
     words = shlex.join([*START, "log", "info", "drive.mcap", "--json"])

@@ -51,6 +51,7 @@ def same(one: View, other: View) -> bool:
     return poses and one.scan.ranges.tobytes() == other.scan.ranges.tobytes()
 
 
+@pytest.mark.quick_cases("mcap")
 @pytest.mark.parametrize("form", DriveFormat)
 def test_what_is_returned_is_what_the_file_holds(blind: Drive, tmp_path: Path, form: DriveFormat) -> None:
     path = tmp_path / "new" / "folder" / "drive.mcap"

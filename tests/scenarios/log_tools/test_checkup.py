@@ -127,6 +127,7 @@ class MonthsAgo(OtherLaser):
     OFF = -300 * 86400.0
 
 
+@pytest.mark.quick_cases("MonthsAgo-png")
 @pytest.mark.parametrize("image_format", ["png", None])
 @pytest.mark.parametrize("laser", [OtherLaser, MonthsAgo])
 def test_what_it_proposes_for_a_laser_of_another_clock_reads_its_scans(
@@ -305,6 +306,7 @@ def picture_folder(folder: Path, per_second: float, count: int = 40) -> Path:
     return folder
 
 
+@pytest.mark.quick_cases("0.01-time,x,y", "0.001-time,x [furlong],y")
 @pytest.mark.parametrize(("unit", "header"), [(1e-3, "time,x,y"), (1e-2, "time,x,y"), (1e-3, "time,x [furlong],y")])
 def test_odometry_in_other_units_does_not_work(tmp_path: Path, unit: float, header: str) -> None:
     """Exit code 1: the log cannot be localised as it is told to be read."""

@@ -70,6 +70,7 @@ def test_a_path_without_loops_is_told_to_have_no_plan(refseq: Refseq, here: Path
     assert "and none comes back to itself, so that they have no plan" in answer.err
 
 
+@pytest.mark.slow
 def test_a_persons_word_about_a_loop_survives_a_later_merge(refseq: Refseq, here: Path) -> None:
     no = Decision("ring", "ring", (0, 11), (40, 51), (0.0, 0.0), False, BY_A_PERSON)
     write_decisions(here / "no.toml", [no])

@@ -164,7 +164,7 @@ def test_the_picture_is_black_where_features_were_seen(tmp_path: Path) -> None:
     assert (panel < 10).mean() == pytest.approx(0.5, abs=0.01)
 
 
-@pytest.mark.slow_cases("pdf")
+@pytest.mark.slow_cases("png", "pdf")
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_a_picture_is_written_in_one_step_and_the_same_each_time(tmp_path: Path, ending: str) -> None:
     one, two = tmp_path / f"one.{ending}", tmp_path / f"two.{ending}"

@@ -20,6 +20,7 @@ from refseq_bench.scenarios.campaign.results import Results
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.report.document import write_report
 from refseq_bench.scenarios.report.page import SCRIPT
+from refseq_bench.scenarios.scoring.comparison import Comparison
 from tests.scenarios.campaign.chores import AtOnce
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 from tests.scenarios.forks import FALSE, PARTING, RIGHTLY, SHARED, compared, known, merging
@@ -52,28 +53,44 @@ name = "far"
 """
 
 
+class Pages(dict[str, Path]):
+    """A page of each kind, which is made when it is asked for."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def __missing__(self, kind: str) -> Path:
+        if kind in ("index", "case"):
+            campaign = _campaign(self._folder / "campaign")
+            self |= {"index": campaign / "index.html", "case": campaign / "made-1.5" / "report.html"}
+        elif kind in ("missions", "completed", "failed"):
+            missions = _missions(self._folder / "missions")
+            self |= {"missions": missions / "index.html"}
+            self |= {"completed": missions / "ahead-near" / "report.html"}
+            self |= {"failed": missions / "ahead-far" / "report.html"}
+        else:
+            runs, title = _reported(kind)
+            self[kind] = self._folder / f"{kind}.html"
+            write_report(self[kind], runs, title=title, outline=CORRIDOR if kind == "report" else None)
+        return self[kind]
+
+
 @pytest.fixture(scope="module")
-def pages(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A page of each kind; none are made where there is no browser to open them."""
-    folder = tmp_path_factory.mktemp("pages")
+def pages(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Pages:
+    """None are made where there is no browser to open them."""
+    return Pages(tmp_path_factory.mktemp("pages"))
+
+
+def _reported(kind: str) -> tuple[list[Comparison], str]:
+    """Comparisons, and the title of their report."""
+    if kind == "atlas":
+        beliefs = {"best/chain": known(*range(11), *range(32, 40)), "vlad": known(*range(19))}
+        return [compared(PARTING, beliefs, {"best/chain": merging(RIGHTLY, SHARED, FALSE)})], "A fork"
     runs = [corridor_comparison(seed, count=30, size=48) for seed in range(2)]
-    write_report(folder / "report.html", runs, title="Two seeds", outline=CORRIDOR)
-    beliefs = {"best/chain": known(*range(11), *range(32, 40)), "vlad": known(*range(19))}
-    fork = compared(PARTING, beliefs, {"best/chain": merging(RIGHTLY, SHARED, FALSE)})
-    write_report(folder / "atlas.html", [fork], title="A fork")
+    if kind == "report":
+        return runs, "Two seeds"
     blind = [replace(run, query_views=[replace(view, truth=None) for view in run.query_views]) for run in runs]
-    write_report(folder / "blind.html", blind, title="Without truth")
-    campaign, missions = _campaign(folder / "campaign"), _missions(folder / "missions")
-    return {
-        "report": folder / "report.html",
-        "atlas": folder / "atlas.html",
-        "blind": folder / "blind.html",
-        "index": campaign / "index.html",
-        "case": campaign / "made-1.5" / "report.html",
-        "missions": missions / "index.html",
-        "completed": missions / "ahead-near" / "report.html",
-        "failed": missions / "ahead-far" / "report.html",
-    }
+    return blind, "Without truth"
 
 
 def _campaign(folder: Path) -> Path:
@@ -183,10 +200,9 @@ def ground_of(tab: Tab) -> str:
     return str(tab.evaluate("getComputedStyle(document.body).backgroundColor"))
 
 
+@pytest.mark.slow_cases("atlas", "blind")
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_page_is_whole_in_every_width_and_colour_and_on_paper(
-    opened: Opened, pages: dict[str, Path], kind: str
-) -> None:
+def test_a_page_is_whole_in_every_width_and_colour_and_on_paper(opened: Opened, pages: Pages, kind: str) -> None:
     tab = opened.go(pages[kind]).tab
     fits_every_width(tab)
     assert tab.evaluate(CUT) == []
@@ -233,7 +249,7 @@ def is_whole_on_paper(tab: Tab) -> None:
 # --- clicking through a campaign ---
 
 
-def test_an_index_leads_to_its_cases_and_they_lead_back(opened: Opened, pages: dict[str, Path]) -> None:
+def test_an_index_leads_to_its_cases_and_they_lead_back(opened: Opened, pages: Pages) -> None:
     for index in ("index", "missions"):
         tab = opened.go(pages[index]).tab
         names = tab.locator("table.index a").all_inner_texts()
@@ -246,7 +262,7 @@ def test_an_index_leads_to_its_cases_and_they_lead_back(opened: Opened, pages: d
     assert (opened.outside, opened.complaints) == ([], [])
 
 
-def test_colours_are_chosen_and_kept_from_page_to_page(opened: Opened, pages: dict[str, Path]) -> None:
+def test_colours_are_chosen_and_kept_from_page_to_page(opened: Opened, pages: Pages) -> None:
     tab = opened.go(pages["index"]).tab
     look = tab.get_by_role("button", name="Colours")
     seen = []
@@ -264,7 +280,7 @@ def test_colours_are_chosen_and_kept_from_page_to_page(opened: Opened, pages: di
     assert (look.inner_text(), ground_of(tab)) == ("Colours: dark", DARK)
 
 
-def test_the_rows_of_a_case_stay_together(opened: Opened, pages: dict[str, Path]) -> None:
+def test_the_rows_of_a_case_stay_together(opened: Opened, pages: Pages) -> None:
     tab = opened.go(pages["missions"]).tab
     rows = tab.locator("table.index tbody tr")
     before = rows.all_inner_texts()
@@ -281,7 +297,7 @@ def test_the_rows_of_a_case_stay_together(opened: Opened, pages: dict[str, Path]
         assert names == (["ahead/near", "ahead/far"] if order != "ascending" else ["ahead/far", "ahead/near"])
 
 
-def test_every_table_of_figures_sorts_by_every_column(opened: Opened, pages: dict[str, Path]) -> None:
+def test_every_table_of_figures_sorts_by_every_column(opened: Opened, pages: Pages) -> None:
     tab = opened.go(pages["report"]).tab
     tables = tab.locator("table.sorts").all()
     assert len(tables) >= 4
@@ -293,7 +309,7 @@ def test_every_table_of_figures_sorts_by_every_column(opened: Opened, pages: dic
             assert table.locator("[aria-sort]").count() == 1
 
 
-def test_views_of_outcomes_sort_as_numbers(opened: Opened, pages: dict[str, Path]) -> None:
+def test_views_of_outcomes_sort_as_numbers(opened: Opened, pages: Pages) -> None:
     tab = opened.go(pages["report"]).tab
     table = tab.locator("table.sorts").first
     head = table.get_by_role("button", name="failures")
@@ -347,7 +363,7 @@ def test_cells_are_ordered_by_what_they_say_and_what_says_nothing_is_last(opened
 
 
 @pytest.mark.parametrize("kind", ["report", "index", "completed"])  # one of each template
-def test_without_the_script_nothing_is_missing(browser: Browser, pages: dict[str, Path], kind: str) -> None:
+def test_without_the_script_nothing_is_missing(browser: Browser, pages: Pages, kind: str) -> None:
     told = []
     for script in (True, False):
         context = browser.new_context(java_script_enabled=script)
@@ -358,7 +374,7 @@ def test_without_the_script_nothing_is_missing(browser: Browser, pages: dict[str
     assert with_script.removeprefix("Colours: as the system").split() == without.split()
 
 
-def test_what_is_smuggled_into_a_page_is_not_run_and_not_fetched(opened: Opened, pages: dict[str, Path]) -> None:
+def test_what_is_smuggled_into_a_page_is_not_run_and_not_fetched(opened: Opened, pages: Pages) -> None:
     page, run = pages["report"].with_name("smuggled.html"), "document.title = 'run'"
     bad = f'<script>{run}</script><img src="http://127.0.0.1:9/x.png" onerror="{run}">'
     page.write_text(pages["report"].read_text().replace("</h1>", f"</h1>{bad}"))

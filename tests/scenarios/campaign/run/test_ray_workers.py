@@ -76,6 +76,7 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
             assert (local.folder / name).read_bytes() == (elsewhere.folder / name).read_bytes()
 
 
+@pytest.mark.quick_cases("deep/drive.mcap-mcap-names0")
 @pytest.mark.parametrize(
     ("log", "form", "names"),
     [

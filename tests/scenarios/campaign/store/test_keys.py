@@ -104,6 +104,14 @@ DRIVEN = {"recording", "mission", "remote"}
 ALL = set(KINDS)
 
 
+@pytest.mark.quick_cases(
+    "refseq/features/doors.py-changed0",
+    "refseq/viewer/drawing/colours.py-changed1",
+    "refseq/logs/ros/bag.py-changed6",
+    "refseq_bench/worlds/library/new.toml-changed8",
+    "refseq_bench/scenarios/methods/baselines/vlad.py-changed11",
+    "refseq_bench/scenarios/campaign/run/worker_init.py-changed15",
+)
 @pytest.mark.parametrize(
     ("file", "changed"),
     [
@@ -153,6 +161,11 @@ OURS = {"thesis/chain", "best/chain"}
 ON_VLAD = {"vlad", "topometric"}
 
 
+@pytest.mark.quick_cases(
+    "scenarios/methods/baselines/seqslam.py-changed0",
+    "scenarios/methods/baselines/vlad.py-changed2",
+    "scenarios/methods/names.py-changed6",
+)
 @pytest.mark.parametrize(
     ("file", "changed"),
     [

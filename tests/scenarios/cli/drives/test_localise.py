@@ -103,6 +103,7 @@ def test_a_drive_of_another_world_than_the_map_s_is_noted(refseq: Refseq, here: 
     assert (answer.code, answer.err) == (0, "" if world == "hallway" else told)
 
 
+@pytest.mark.quick_cases("1.3")
 @pytest.mark.parametrize("scale", [1.0, 1.3])
 def test_an_odometer_whose_metres_are_others_than_the_map_s_is_told(refseq: Refseq, here: Path, scale: float) -> None:
     """On the terminal, to other programs, view by view in the table of beliefs, and on the page of a report."""
@@ -176,6 +177,7 @@ def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: st
     assert not list(here.glob("x.*"))
 
 
+@pytest.mark.slow
 def test_an_atlas_is_shown_alone_or_with_a_drive(refseq: Refseq, here: Path) -> None:
     refseq("localise", "atlas.refseq", "query.mcap", "--stage", "chain", "-o", "seen.parquet")
     for number, files in enumerate((["atlas.refseq"], ["atlas.refseq", "query.mcap", "seen.parquet"])):
@@ -183,6 +185,7 @@ def test_an_atlas_is_shown_alone_or_with_a_drive(refseq: Refseq, here: Path) -> 
     assert (here / "seen-1.rrd").stat().st_size > (here / "seen-0.rrd").stat().st_size > 0
 
 
+@pytest.mark.slow
 def test_a_report_shows_which_sequence_was_recognised(refseq: Refseq, here: Path) -> None:
     refseq("localise", "atlas.refseq", "query.mcap", "--stage", "chain", "-o", "told.parquet")
     answer = refseq("report", "atlas.refseq", "query.mcap", "told.parquet", "-o", "page.html")

@@ -71,6 +71,11 @@ def at_the_desk(desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RUST_LOG", "off")
 
 
+@pytest.mark.slow_cases(
+    "map.refseq second.mcap all.parquet-expected4",
+    "map.refseq second.mcap all.parquet prior.parquet-expected6",
+    "map.refseq map.refseq second.mcap all.parquet prior.parquet-expected7",
+)
 @pytest.mark.parametrize(
     ("files", "expected"),
     [

@@ -93,6 +93,7 @@ def test_a_truth_of_another_drive_or_with_other_columns_does_not(wrong: str, see
     assert fit.share < REFUSED
 
 
+@pytest.mark.quick_cases("0", "1")
 @pytest.mark.parametrize("seed", range(20))
 def test_a_mirrored_way_is_told_of_at_least(seed: int) -> None:
     """It goes as the right one between corners, and where x and y are swapped, along corridors of one direction."""
@@ -159,6 +160,7 @@ def test_what_is_doubtful_is_told_once(refseq: Refseq, here: Path) -> None:
     assert refseq(*LEARN, "half.csv").err == f"note: {told}\n"
 
 
+@pytest.mark.quick_cases("2.0-0", "-3.0-2")
 @pytest.mark.parametrize(("late", "code"), [(2.0, 0), (-1.5, 0), (-3.0, 2)])
 def test_a_truth_of_another_clock_is_told_with_what_sets_it_right(
     refseq: Refseq, here: Path, late: float, code: int

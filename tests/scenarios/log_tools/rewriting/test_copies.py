@@ -49,6 +49,7 @@ WRITERS = {
 }
 
 
+@pytest.mark.quick_cases("mcap", "sqlite")
 @pytest.mark.parametrize("kind", WRITERS)
 def test_a_copy_holds_the_stretch_byte_for_byte(kind, tmp_path):
     write, name, messages = WRITERS[kind]
