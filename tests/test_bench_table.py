@@ -31,7 +31,9 @@ def test_nobody_can():
 
 
 @pytest.fixture
-def folder(tmp_path):
+def folder(tmp_path, monkeypatch):
+    # At its end pytest looks five times for garbage among all that this process holds.
+    monkeypatch.setenv("PYTEST_ADDOPTS", "-p no:unraisableexception")
     (tmp_path / "test_a_cost.py").write_text(COST)
     (tmp_path / "of_one_kind").mkdir()
     (tmp_path / "of_one_kind" / "test_b_cost.py").write_text(COST[: COST.index("def test_it_is_dear")])

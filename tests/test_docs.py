@@ -152,7 +152,7 @@ def asking(what: str) -> list[Page]:
     return [page for page in pages() if any(example.asked == what for example in page.examples)]
 
 
-@pytest.mark.slow_cases("docs/api/index.md", "docs/first-run.md", "docs/live.md")
+@pytest.mark.slow_cases("docs/api/index.md", "docs/first-run.md", "docs/gymnasium.md", "docs/live.md")
 @pytest.mark.parametrize("page", asking("run"), ids=lambda page: page.name)
 def test_examples_run(page, stand):
     carry_out(page, stand, "run")

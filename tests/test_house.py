@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from textwrap import indent
@@ -107,33 +107,36 @@ def definitions(tree: ast.Module) -> Iterator[Definition]:
             waiting.extend(getattr(node, block, ()))
 
 
-def function_bodies(tree: ast.Module) -> dict[str, list[str]]:
-    """Names of the longer functions in a program by their arguments and bodies, without docstrings."""
+def twins(trees: Mapping[str, ast.Module]) -> list[list[str]]:
+    """Longer functions of the same arguments and bodies, without docstrings, by program and name."""
+    alike: dict[tuple[object, ...], list[tuple[str, ast.FunctionDef, list[ast.stmt]]]] = {}
+    for file, tree in trees.items():
+        for node in definitions(tree):
+            if isinstance(node, ast.FunctionDef) and node.name not in HOOKS:
+                body = node.body[1:] if ast.get_docstring(node) is not None else node.body
+                shape = (*(one.arg for one in node.args.args), *map(type, body))
+                alike.setdefault(shape, []).append((f"{file}: {node.name}", node, body))
     found: dict[str, list[str]] = {}
-    for node in definitions(tree):
-        if isinstance(node, ast.FunctionDef) and node.name not in HOOKS:
-            body = node.body[1:] if ast.get_docstring(node) is not None else node.body
-            written = "\n".join(map(ast.unparse, body))
-            if len(written) > SHORT:
-                found.setdefault(f"{ast.unparse(node.args)}: {written}", []).append(node.name)
-    return found
+    for name, node, body in (one for some in alike.values() if len(some) > 1 for one in some):
+        written = "\n".join(map(ast.unparse, body))
+        if len(written) > SHORT:
+            found.setdefault(f"{ast.unparse(node.args)}: {written}", []).append(name)
+    return [names for names in found.values() if len(names) > 1]
 
 
 def test_the_search_for_twins_finds_them():
     body = f"return value + {'1' * SHORT}"
     one, two = (f"def {name}(value):\n    {body}\n" for name in ("one", "two"))
     nested = "if one:\n    class Other:\n" + indent(two, " " * 8)
-    (names,) = function_bodies(ast.parse(one + nested)).values()
-    assert names == ["one", "two"]
+    assert twins({"a": ast.parse(one + nested)}) == [["a: one", "a: two"]]
 
 
 def test_no_function_is_written_twice():
-    places: dict[str, list[str]] = {}
-    for path in tracked():
-        if path.suffix == ".py" and path.relative_to(ROOT).parts[0] != "tests":
-            for body, names in function_bodies(program(path)).items():
-                places.setdefault(body, []).extend(f"{path.relative_to(ROOT)}: {name}" for name in names)
-    assert [twins for twins in places.values() if len(twins) > 1] == []
+    programs = [path for path in tracked() if path.suffix == ".py"]
+    trees = {
+        str(path.relative_to(ROOT)): program(path) for path in programs if path.relative_to(ROOT).parts[0] != "tests"
+    }
+    assert twins(trees) == []
 
 
 def docstrings(tree: ast.Module) -> list[str]:

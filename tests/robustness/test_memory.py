@@ -6,6 +6,7 @@ import pytest
 from tests.robustness.memory import growth
 
 
+@pytest.mark.quick_cases("0.02")
 @pytest.mark.parametrize("leak", [0.0, 0.02])
 def test_the_slope_is_that_of_what_is_kept(leak):
     kept = []
