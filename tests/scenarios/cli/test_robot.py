@@ -202,6 +202,7 @@ def test_a_program_outside_drives_it_and_ctrl_c_ends_it(command: Command, tmp_pa
     assert said.strip() == "interrupted"
 
 
+@pytest.mark.slow
 def test_the_program_of_the_page_drives_a_metre(
     command: Command, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -31,13 +31,14 @@ from refseq_bench.scenarios.report.plots.style import INK, method_styles
 from refseq_bench.scenarios.report.plots.sweep import draw_shares
 from refseq_bench.scenarios.report.plots.truth import draw_truth
 from refseq_bench.scenarios.report.sections.experiment import SectionSettings, section
-from refseq_bench.scenarios.report.sections.headline import Headline
+from refseq_bench.scenarios.report.sections.headline import Headline, headline
 from refseq_bench.scenarios.report.sections.tables import further_row
 from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
 from refseq_bench.scenarios.scoring.fault_spans import fault_spans
 from refseq_bench.scenarios.scoring.figures import figures, success_over_seeds
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, path_of
 from refseq_bench.scenarios.scoring.score import pool, score
+from refseq_bench.scenarios.scoring.truth import unscored_reason
 from tests.support import CORRIDOR, certain, corridor_comparison
 
 COUNT = 30
@@ -265,9 +266,8 @@ def test_the_verdict_and_the_picture_come_first_and_what_was_driven_last(text: s
 
 
 def headline_of(comparison: Comparison) -> Headline:
-    found = section("any", [comparison], SectionSettings()).headline
-    assert found is not None
-    return found
+    (found,) = figures([comparison])
+    return headline(found, unscored_reason([comparison]))
 
 
 def test_the_headline_counts_the_views() -> None:

@@ -11,6 +11,7 @@ from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.map.profile import BEST
 from refseq.missions import Errand, Executor, Landmarks, Plan, Wait, compiled, parse_mission, path_along
+from refseq.missions.executor import ExecutorSettings
 from refseq.missions.tasks import Photograph, Task
 from refseq.modules.executor import MissionModule
 from refseq.modules.heads import MessageError, Parts
@@ -81,12 +82,12 @@ class Driven:
 
     LATER = 3
 
-    def __init__(self, drive: Bench, learnt: Map, plan: Plan, deaths: dict[int, Role]) -> None:
+    def __init__(self, drive: Bench, learnt: Map, plan: Plan, deaths: dict[int, Role], timeout: float = 300.0) -> None:
         self.link, self.deaths = LocalLink(), deaths
         self.make = {
             Role.CONTROL: ControlModule,
             Role.LOCALISER: lambda: LocaliserModule(learnt),
-            Role.MISSION: lambda: MissionModule(plan, len(learnt), timeout=300.0),
+            Role.MISSION: lambda: MissionModule(plan, len(learnt), timeout=timeout),
         }
         self.modules, self.kill = {}, {}
         robot = RobotModule(drive, self.link, "a drive", RobotSettings(OFTEN), lambda _line: None)
@@ -140,9 +141,10 @@ def test_what_is_touched_stands_in_the_log_as_in_one_process(offices: World, lea
         return drive
 
     with bench(offices, 1003) as drive:
-        one = run_mission(against_a_wall(drive), Executor(plan), Localiser(learnt), trigger=OFTEN)
+        soon = Executor(plan, settings=ExecutorSettings(timeout=6.0))
+        one = run_mission(against_a_wall(drive), soon, Localiser(learnt), trigger=OFTEN)
     with bench(offices, 1003) as drive:
-        apart = Driven(against_a_wall(drive), learnt, plan, {})
+        apart = Driven(against_a_wall(drive), learnt, plan, {}, timeout=6.0)
     assert one.touches
     assert tuple(touch for step in apart.steps for touch in step.touches) == one.touches
     assert apart.log == one.executor.log

@@ -144,7 +144,7 @@ def test_geometry_lays_keys_of_sift_and_without_any_there_is_none(profile: Profi
     alone = [learn(drive, profile=one) for one in (asked, none)]
     assert not alone[0].keys(3)
     assert learn(drive, profile=asked, features=("sift", "neural")).keys(3)
-    assert localise(alone[0], drive) == localise(alone[1], drive)
+    assert localise(alone[0], drive[:6]) == localise(alone[1], drive[:6])
 
 
 def test_a_laser_alone_asks_no_network(drive: list[View], monkeypatch: pytest.MonkeyPatch) -> None:
