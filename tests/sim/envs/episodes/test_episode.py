@@ -184,7 +184,7 @@ def test_who_knows_what_to_do_succeeds_and_who_does_not_mostly_fails(task: str) 
 
 
 def test_the_belief_is_that_of_a_localiser_that_is_given_the_same_views(monkeypatch: pytest.MonkeyPatch) -> None:
-    env, views = made("ReachPlace", belief="places"), []
+    env, views = made("ReachPlace", world=STRAIGHT, belief="places"), []
     update = Localiser.update
 
     def noted(localiser: Localiser, view: View) -> Any:
@@ -209,7 +209,7 @@ def test_the_belief_is_that_of_a_localiser_that_is_given_the_same_views(monkeypa
 
 
 def test_what_a_mission_asks_comes_nearer_between_two_views_by_what_the_odometer_went() -> None:
-    env, counted = made("MissionTwist", mission="[LD]"), 0
+    env, counted = made("MissionTwist", world=STRAIGHT, mission="[LD]"), 0
     seen, _ = env.reset(seed=3)
     for _ in range(12):
         before, believed = seen["asked"][0, 0], env.belief
@@ -222,13 +222,13 @@ def test_what_a_mission_asks_comes_nearer_between_two_views_by_what_the_odometer
 
 def test_a_robot_that_is_carried_off_begins_with_a_wrong_belief() -> None:
     """Beliefs from the led drive hold for the old place: over some episodes next to nothing speaks for the new one."""
-    env = made("Recover")
+    env = made("Recover", world=STRAIGHT)
     missing = [env.reset(seed=seed)[1]["distance_to_goal"] for seed in range(4)]
     assert float(np.median(missing)) > 0.5
 
 
 def test_recovered_means_right_and_sure() -> None:
-    env = gym.make("refseq/Recover-v0")
+    env = gym.make("refseq/Recover-v0", world=STRAIGHT)
     unwrapped = env.unwrapped
     assert isinstance(unwrapped, RobotEnv)
     last = play(env, AlongPath(unwrapped), 0)[-1][3]
