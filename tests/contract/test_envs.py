@@ -14,8 +14,6 @@ import refseq_bench.sim.envs
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 
 IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "refseq")
-BALANCING = ("refseq/CrossDoor-v0",)
-"""Those that the balancing robot is tried with each time: the others differ in nothing that the robot is asked."""
 CHECKED = ("refseq/FollowCorridor-v0",)
 """Those that Gymnasium checks each time, as it resets them a dozen times."""
 IN_WORKERS = ("refseq/CrossDoorTwist-v0",)
@@ -31,7 +29,7 @@ def some(quick: tuple[str, ...]) -> pytest.MarkDecorator:
 
 
 def test_there_is_something_to_try() -> None:
-    assert set(IDS) >= set(refseq_bench.sim.envs.IDS) >= {*BALANCING, *IN_WORKERS}
+    assert set(IDS) >= set(refseq_bench.sim.envs.IDS) >= {*CHECKED, *IN_WORKERS}
     tasks = ("FollowCorridor", "CrossDoor", "ReachPlace", "Recover", "Mission")
     assert set(refseq_bench.sim.envs.IDS) == {f"refseq/{task}{form}-v0" for task in tasks for form in ("", "Twist")}
 
