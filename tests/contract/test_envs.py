@@ -63,7 +63,7 @@ def checked(name: str, **made_with: Any) -> None:
         env.close()
 
 
-@pytest.mark.quick_cases("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0")
+@pytest.mark.quick_cases("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0", "refseq/MissionTwist-v0")
 @every_id
 def test_the_same_seed_and_actions_are_the_same_episode_again_of_numbers_within_bounds(name: str) -> None:
     env = gym.make(name)

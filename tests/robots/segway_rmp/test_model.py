@@ -154,7 +154,7 @@ def slalom(timestep: float) -> tuple[float, float, float]:
     return SLALOM_END[timestep]
 
 
-@pytest.mark.slow
+@pytest.mark.quick_cases("0.002-0.02")
 @pytest.mark.parametrize(("timestep", "apart"), [(0.001, 0.01), (0.002, 0.02), (0.0025, 0.03)])
 def test_where_a_drive_of_20_m_ends_hardly_depends_on_the_time_step(timestep: float, apart: float) -> None:
     fine, coarse = slalom(0.0005), slalom(timestep)

@@ -310,7 +310,6 @@ def test_an_atlas_of_one_grows_to_what_is_merged_at_once(refseq: Refseq, here: P
     assert (here / "larger.refseq").read_bytes() == (here / "at-once.refseq").read_bytes()
 
 
-@pytest.mark.slow
 def test_a_persons_decision_survives_a_later_merge(refseq: Refseq, here: Path, third: Path) -> None:
     write_decisions(here / "no.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), False, BY_A_PERSON)])
     refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")

@@ -345,7 +345,6 @@ def long_drive(seed: int, places: int) -> np.ndarray:
     return np.array(seen)
 
 
-@pytest.mark.slow
 def test_views_like_the_drive_s_but_of_elsewhere_bring_no_evidence_in_the_mean() -> None:
     """The map is a drive's first part, the views are of its last, where the same features come and go as before.
 
