@@ -56,11 +56,15 @@ class SensorTests:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """Faults that stand at a view, the view without the sensors that they make useless, and how the robot moved."""
+    """Faults that stand at a view, the view without the sensors that they make useless, and how the robot moved.
+
+    ``carried`` is the log-likelihood ratio of a robot that was carried, by its scans (``MotionRatios``) [nats].
+    """
 
     faults: tuple[DeclaredFault, ...]
     usable: View
     step: Step
+    carried: float = 0.0
 
 
 class HealthMonitor:
@@ -109,7 +113,8 @@ class HealthMonitor:
         faults = self.faults
         usable = usable_view(view, faults)
         trusted = self._tests[ODOMETRY].fault is None
-        return Health(faults, usable, self._stand.update(view, self._sight(usable), trusted=trusted))
+        step = self._stand.update(view, self._sight(usable), trusted=trusted)
+        return Health(faults, usable, step, 0.0 if self._doubted(self._tests[LASER]) else motion.carried)
 
     def _sight(self, view: View) -> Sight:
         """The sensors that can tell of motion: those of which nothing is suspected."""

@@ -78,17 +78,22 @@ ELSEWHERE = 0.03
 """Mean distance of points to the walls of a scan taken somewhere else [m]: 0.05 as the median in annex and in offices,
 where a robot that stands has 0.003 at most."""
 
+FOLLOWS = 4.0
+"""Two scans say no more of whether the robot was carried between them [nats]."""
+
 
 @dataclass(frozen=True, slots=True)
 class MotionRatios:
     """Log-likelihood ratios [nats] of faults of the odometer, and of a laser that is upside down or became so.
 
-    ``mirrored``: at both scans; ``flipped``: at one of the two.
+    ``mirrored``: at both scans; ``flipped``: at one of the two. ``carried``: of a robot that was carried between the
+    two, against one that came as its odometer tells; it is 0 in a bare corridor, which looks alike everywhere.
     """
 
     odometry: Mapping[FaultKind, float]
     mirrored: float = 0.0
     flipped: float = 0.0
+    carried: float = 0.0
 
 
 SILENT = MotionRatios({})
@@ -171,6 +176,7 @@ def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> Mo
         {kind: bounded(ratio * share) for kind, ratio in ratios.items()},
         bounded(mirrored * share),
         bounded(flipped * share),
+        float(np.clip(_ratio(min(slipping, halved, half_way, back, back_way, ELSEWHERE), healthy), -FOLLOWS, FOLLOWS)),
     )
 
 

@@ -14,6 +14,7 @@ from refseq.health.noise import picture_noise
 from refseq.health.standing import Motion, Step
 from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
+from refseq.map.following import PictureSteps
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher, Measurement, wanted_of
 from refseq.map.profile import Matching
@@ -65,6 +66,7 @@ class SensorGuard:
         self._stands_once = map_.profile.motion.stands_once
         by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
         self._asks_noise = by_ratios and map_.profile.log_ratio.usual > 0
+        self._asks_carried = by_ratios and map_.profile.log_ratio.fixes > 0
         self.reset()
 
     def reset(self) -> None:
@@ -72,6 +74,7 @@ class SensorGuard:
         self._matcher.reset()
         self._monitor.reset()
         self._exchange = ExchangeWatch(self._matcher.extractors)
+        self._pictures = PictureSteps()
         self.guarded = GuardedView()
         self._met = False
         self.scan: Scan | None = None
@@ -97,6 +100,10 @@ class SensorGuard:
         self.scan = trusted.scan if LASER in self.sensors else None
         fallen = self.sensors & {fault.sensor for fault in faults}
         self.guarded = GuardedView(faults, bool(fallen) and not trusted.sensors & self.sensors)
+        if self._asks_carried:
+            by_pictures = self._pictures.update(self.keys(), measured[0].distance, measured[0].turn)
+            by_scan = health.carried if self.scan is not None else 0.0
+            measured = [replace(one, carried=by_pictures + by_scan) for one in measured]
         return measured
 
     def keys(self) -> Mapping[str, PictureKeys]:

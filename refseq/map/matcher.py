@@ -35,7 +35,9 @@ class Measurement:
     alone. With ``again`` the robot has stood since the last view, and this one shows the same once more. ``by_block``
     and ``power`` are those of the words' ``LogRatios``, the former with what other blocks brought at the places that
     they were asked about, NaN elsewhere; ``noise`` is that of the view's pictures by camera [grey
-    levels]; both where the map's profile asks for usual views.
+    levels]; both where the map's profile asks for usual views. ``carried`` is the log-likelihood ratio of a robot that
+    was carried since the last view against one that came as its odometer tells [nats], where the profile asks for last
+    fixes.
     """
 
     likelihood: NDArray[np.float64]
@@ -48,6 +50,12 @@ class Measurement:
     by_block: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     power: float = 1.0
     noise: Mapping[str, float] = field(default_factory=dict)
+    carried: float = 0.0
+
+    @property
+    def stands(self) -> bool:
+        """True for a view of a robot that has not moved since the last one."""
+        return self.again or self.distance == 0.0
 
 
 class Matcher:

@@ -7,6 +7,8 @@ from refseq.belief import Belief, Stage
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
+from refseq.map.profile import Matching
+from refseq.map.tracking.last_fixes import LastFixes
 from refseq.map.tracking.odometer_scale import OdometerScale
 from refseq.map.tracking.trackers import tracker_for
 from refseq.map.tracking.usual import UsualViews
@@ -16,15 +18,21 @@ class StageAnswers:
     """The beliefs of one stage on the views that a measurer takes; ``measured`` is the last view as it was measured.
 
     Only the chain, which knows when it is lost, corrects the odometer's scale (``OdometerScale``) and weighs a view by
-    what others of the drive brought (``UsualViews``), where the map's profile asks for that. Hindsight does the first
-    and not the second: a stretch that looks like no place any more is one it finds by the views behind it.
+    what others of the drive brought (``UsualViews``) and by the way since those that it was sure of (``LastFixes``),
+    where the map's profile asks for that. Hindsight does the first alone: a stretch that looks like no place any more
+    is one it finds by the views behind it.
     """
 
     def __init__(self, map_: Map, stage: Stage) -> None:
         self._stage, self._tracker = stage, tracker_for(stage, map_)
         chained, profile = stage is Stage.CHAIN, map_.profile
         self._scale = OdometerScale(map_) if chained and profile.motion.odometer_scale > 0 else None
-        self._usual = UsualViews(map_) if chained and profile.log_ratio.usual > 0 else None
+        asked = profile.log_ratio if chained and profile.method.matching is Matching.LOG_RATIO else None
+        self._weighers: list[UsualViews | LastFixes] = []
+        if asked and asked.usual > 0:
+            self._weighers.append(UsualViews(map_))
+        if asked and asked.fixes > 0:
+            self._weighers.append(LastFixes(map_))
         self._last: Belief | None = None
         self.measured: Sequence[Measurement] = ()
 
@@ -33,8 +41,8 @@ class StageAnswers:
         self._tracker.reset()
         if self._scale is not None:
             self._scale.reset()
-        if self._usual is not None:
-            self._usual.reset()
+        for one in self._weighers:
+            one.reset()
         self._last, self.measured = None, ()
 
     def update(self, measurer: Measurer) -> Belief:
@@ -48,7 +56,10 @@ class StageAnswers:
     def _tracked(self, measurer: Measurer) -> Belief:
         measured = measurer.after(self._last)
         self.measured = measured if self._scale is None else self._scale.corrected(measured)
-        belief = self._tracker.update(self.measured if self._usual is None else self._usual.weighed(self.measured))
+        weighed = self.measured
+        for one in self._weighers:
+            weighed = one.weighed(weighed)
+        belief = self._tracker.update(weighed)
         if self._scale is None:
             return belief
         belief = replace(belief, odometer_scale=self._scale.scale)
@@ -56,8 +67,8 @@ class StageAnswers:
         return belief
 
     def _kept(self, belief: Belief) -> Belief:
-        if self._usual is not None:
-            self._usual.told(self.measured, belief)
+        for one in self._weighers:
+            one.told(self.measured, belief)
         if self._stage is not Stage.UNIFORM:  # single views know of none before
             self._last = belief
         return belief

@@ -40,7 +40,8 @@ class LogRatioSettings:
     the robot the chain compares with the ways to the places (``refseq.inference.chain.turns_behind``) [m]; 0: none.
     ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they brought
     there (``refseq.map.tracking.usual``): a view by two sensors or more that brings less speaks against a place; 0:
-    none.
+    none. ``fixes`` is of how many places that it was sure of it compares the way since then with where others lie
+    (``refseq.map.tracking.last_fixes``); 0: none.
     """
 
     blind: float = 0.2
@@ -52,6 +53,7 @@ class LogRatioSettings:
     geometry: int = 0
     turns: float = 0.0
     usual: int = 0
+    fixes: int = 0
 
     def __post_init__(self) -> None:
         """Raise ``ValueError`` for a ``blind`` that is no such chance."""

@@ -95,6 +95,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "geometry": (0, 1000),
             "turns": LENGTH,
             "usual": (0, 10_000),
+            "fixes": (0, 1000),
         },
         "motion": {
             "slack": LENGTH,

@@ -26,11 +26,8 @@ from refseq.inference.matching.incidence import sensor_of
 from refseq.inference.matching.log_ratio import log_calibrated, with_more
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
+from refseq.map.tracking.sure import sure_place
 
-SURE_LOST = 0.01
-"""The chain is sure of a place where P(lost) is no more than this."""
-SURE_NEAR = 0.9
-"""And where so much of its belief is at the place and its two neighbours."""
 ALIKE = 1.25
 """Noise that differs by no more than this factor is the same."""
 FEWEST = 2
@@ -65,21 +62,17 @@ class UsualViews:
 
     def weighed(self, measured: Sequence[Measurement]) -> list[Measurement]:
         """A view's measurements in every sequence, with what speaks against each place."""
-        if self._last is not None and not _stands(measured[0]):  # while it stands, all its views are one
+        if self._last is not None and not measured[0].stands:  # while it stands, all its views are one
             self._usual.append(self._last)
             self._last = None
         return [self._weighed(one) for one in measured]
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember what a view brought at its place, where the belief is sure of it."""
-        if _stands(measured[0]) or belief.lost > SURE_LOST or not measured[0].by_block:
+        best = None if measured[0].stands or not measured[0].by_block else sure_place(self._map, belief)
+        if best is None:
             return
-        best = int(np.argmax(belief.places))
         number = self._map.sequence_of(best)
-        around = np.arange(max(0, best - 1), min(best + 2, len(belief.places)))
-        near = around[self._map.in_a_row(around, best, 1)]
-        if belief.places[self._map.with_twins(near)].sum() < SURE_NEAR:
-            return
         one = measured[number]
         told = {key: float(ratios[best - self._map.first[number]]) for key, ratios in one.by_block.items()}
         brought = {key: ratio for key, ratio in told.items() if not math.isnan(ratio)}
@@ -110,11 +103,6 @@ class UsualViews:
 
 def _noise(by_camera: Mapping[str, float], sensor: str) -> float:
     return max(QUIET, by_camera.get(sensor, 0.0))
-
-
-def _stands(measured: Measurement) -> bool:
-    """True for a view of a robot that has not moved since the last one."""
-    return measured.again or measured.distance == 0.0
 
 
 def too_little(usual: NDArray[np.float64], brought: NDArray[np.float64]) -> NDArray[np.float64]:

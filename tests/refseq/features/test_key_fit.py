@@ -1,7 +1,5 @@
 """Keys laid on keys: of a plane that a known similarity moves, of clutter, of pictures."""
 
-import math
-
 import cv2
 import numpy as np
 import pytest
@@ -13,20 +11,9 @@ from refseq.features.key_fit import LARGER, REACH, KeyFit, fit_keys, mutually_ne
 from refseq.features.sift import NO_KEYS, SiftSettings, SiftWords
 from refseq.features.word_extractor import PictureKeys
 from refseq.view import View
+from tests.refseq.keys import moved, scene
 
 quick = settings(derandomize=True)
-
-
-def scene(rng: np.random.Generator, count: int) -> PictureKeys:
-    points = rng.uniform((0, 0), (640, 480), (count, 2)).astype(np.float32)
-    return PictureKeys(points, rng.integers(0, 120, (count, 128), np.uint8))
-
-
-def moved(keys: PictureKeys, scale: float, turn: float, shift: tuple[float, float]) -> PictureKeys:
-    """The same keys, turned and scaled about the picture's middle and shifted."""
-    c, s = scale * math.cos(turn), scale * math.sin(turn)
-    points = (keys.points - (320, 240)) @ np.array([[c, s], [-s, c]]) + np.add((320, 240), shift)
-    return PictureKeys(points.astype(np.float32), keys.descriptors)
 
 
 def both(one: PictureKeys, other: PictureKeys) -> PictureKeys:
