@@ -73,10 +73,14 @@ def driven(corners: Corners, seed: int, missed: float = 0.3) -> list[View]:
 
 
 def map_of(corners: Corners, seed: int = 1, name: str = "drive") -> Map:
-    """The map of a drive, which does not ask what is usual on later ones: hindsight never does."""
+    """The map of a drive, which asks no later one what is usual there, nor its last fixes: hindsight never does."""
     views = driven(corners, seed)
     return Map.of(
-        replace(bits_sequence(views, profile_named("best+log_ratio.usual=0")), odometry=dead_reckoned(views)), name
+        replace(
+            bits_sequence(views, profile_named("best+log_ratio.usual=0+log_ratio.fixes=0")),
+            odometry=dead_reckoned(views),
+        ),
+        name,
     )
 
 

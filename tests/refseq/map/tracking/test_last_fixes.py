@@ -11,12 +11,16 @@ from hypothesis import strategies as st
 
 from refseq.atlas.decision import Decision
 from refseq.atlas.merge import merge_maps
-from refseq.belief import Belief, Timings, belief_from
+from refseq.belief import Belief, Stage, Timings, belief_from
+from refseq.map.learning import learn
+from refseq.map.localiser import localise
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
 from refseq.map.profile import BEST
 from refseq.map.tracking.last_fixes import APART, CARRIED, DRIFT, LEAST, NEAR, LastFixes
+from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_sequence
+from tests.support import corridor_drive
 
 STEP = 1.0
 """Way between places and between views [m]."""
@@ -196,6 +200,47 @@ def test_what_is_not_sure_is_no_fix() -> None:
         for doubtful in (spread, sure(3, 0.02)):
             fixes.told([one], doubtful)
     assert (fixes.weighed([step()])[0].log_ratio == 0).all()
+
+
+CORNER = 12
+
+
+def seen(seed: int, turn: float, carried: range = range(0)) -> list[View]:
+    """A corridor by its pictures and scans, a turn by its odometer, and views that it is carried past."""
+    views = corridor_drive(np.random.default_rng(seed), count=30, size=96)
+    turned = [replace(view, turn=turn if number == CORNER else 0.0) for number, view in enumerate(views)]
+    return [view for number, view in enumerate(turned) if number not in carried]
+
+
+@pytest.fixture(scope="module")
+def maps() -> tuple[Map, Map]:
+    """A map that does not ask, and one that does."""
+    views = seen(1, math.pi / 2)
+    without, asking = (learn(views, profile=f"best+log_ratio.fixes={fixes}") for fixes in (0, 5))
+    return without, asking
+
+
+def lost(map_: Map, views: Sequence[View]) -> np.ndarray:
+    return np.array([belief.lost for belief in localise(map_, views, stages=[Stage.CHAIN])[Stage.CHAIN]])
+
+
+def test_who_goes_straight_on_past_the_same_pictures_is_believed_less(maps: tuple[Map, Map]) -> None:
+    straight = seen(2, 0.0)
+    without, asking = (lost(map_, straight) for map_ in maps)
+    assert (asking > 5 * without)[CORNER + 4 : -1].all()
+    np.testing.assert_allclose(without[:CORNER], asking[:CORNER], atol=1e-6)
+
+
+def test_who_takes_the_corner_is_believed_as_before(maps: tuple[Map, Map]) -> None:
+    without, asking = (lost(map_, seen(2, math.pi / 2)) for map_ in maps)
+    assert asking.max() <= without.max() + 0.01
+
+
+def test_who_is_carried_ahead_is_found_again(maps: tuple[Map, Map]) -> None:
+    """Nine metres that no odometer saw, past the corner: pictures that differ anyway tell nothing of it."""
+    without, asking = (lost(map_, seen(2, math.pi / 2, range(CORNER - 4, CORNER + 8))) for map_ in maps)
+    assert without[-1] < 0.1
+    assert asking[-1] < 0.1
 
 
 def test_places_of_a_path_that_is_not_joined_are_left_alone() -> None:
