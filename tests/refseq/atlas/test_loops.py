@@ -74,14 +74,8 @@ def driven(corners: Corners, seed: int, missed: float = 0.3) -> list[View]:
 
 def map_of(corners: Corners, seed: int = 1, name: str = "drive") -> Map:
     """The map of a drive, which asks no later one what is usual there, nor its last fixes: hindsight never does."""
-    views = driven(corners, seed)
-    return Map.of(
-        replace(
-            bits_sequence(views, profile_named("best+log_ratio.usual=0+log_ratio.fixes=0")),
-            odometry=dead_reckoned(views),
-        ),
-        name,
-    )
+    views, profile = driven(corners, seed), profile_named("best+log_ratio.usual=0+log_ratio.fixes=0")
+    return Map.of(replace(bits_sequence(views, profile), odometry=dead_reckoned(views)), name)
 
 
 @cache
