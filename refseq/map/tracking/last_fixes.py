@@ -24,7 +24,7 @@ from refseq.belief import Belief
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.tracking.sure import sure_place
-from refseq.planar import Pose, after_motion, in_world, relative_pose, wrapped
+from refseq.planar import Pose, after_motion, in_world, relative_pose, wrap, wrapped
 
 APART = 4.0
 """Way between two fixes that are remembered [m]: nearer ones tell the same."""
@@ -41,7 +41,10 @@ CARRIED = -6.0
 
 
 class _Track(NamedTuple):
-    """A path: the ``places`` (K,) that its views hold, counted through, and ``along`` (K,) [m] and ``poses`` (K, 3)."""
+    """A path: the ``places`` (K,) that its views hold, counted through, and ``along`` (K,) [m] and ``poses`` (K, 3).
+
+    Headings are wrapped.
+    """
 
     places: NDArray[np.intp]
     along: NDArray[np.float64]
@@ -119,22 +122,27 @@ class LastFixes:
 
 def _tracks(map_: Map) -> list[_Track]:
     """Those of the paths whose odometry is known."""
-    poses = [(path, map_.track(path)) for path in map_.paths]
-    return [_Track(map_.numbered(path), path.along, track) for path, track in poses if len(track)]
+    tracks = [(path, map_.track(path)) for path in map_.paths]
+    return [
+        _Track(map_.numbered(path), path.along, np.column_stack([track[:, :2], wrapped(track[:, 2])]))
+        for path, track in tracks
+        if len(track)
+    ]
 
 
 def _laid(since: Pose, at: NDArray[np.float64]) -> Pose:
     """A pose relative to a fix, at the pose of its place."""
     x, y, heading = at.tolist()
     east, north = in_world((since.x, since.y), Pose(x, y, heading)).tolist()
-    return Pose(east, north, heading + since.heading)
+    return Pose(east, north, wrap(heading + since.heading))
 
 
 def _log_ratio(poses: NDArray[np.float64], expected: Pose, way: NDArray[np.float64]) -> NDArray[np.float64]:
     """Log ratio of places at ``poses`` (K, 3) where the robot is ``expected``, after so much ``way`` (K,) [m]."""
     allowed = NEAR + DRIFT * way
     away = np.hypot(poses[:, 0] - expected.x, poses[:, 1] - expected.y)
-    turned = np.abs(wrapped(poses[:, 2] - expected.heading))
+    turned = np.abs(poses[:, 2] - expected.heading)
+    turned = np.minimum(turned, 2 * math.pi - turned)  # both are wrapped: twice as fast as to wrap their difference
     far = np.maximum(away - allowed, 0.0) / (SPREAD * allowed)
     bent = np.maximum(turned - (ALIKE + BEND * way), 0.0) / HEADING_SPREAD
     ratio: NDArray[np.float64] = -0.5 * (far**2 + bent**2)
