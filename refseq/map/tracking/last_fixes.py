@@ -6,8 +6,8 @@ thirty from there. So its way by the odometer since each of the last fixes is la
 whose own odometry tells where all other places lie to it. A place that is farther off than both may be wrong is spoken
 against, and no place is ever spoken for: the promise of evidence holds whatever the odometer does.
 
-A carried robot is where its odometer says it is not. Hence a place is spoken against by no more than the chance that it
-was not carried since the fix, which pictures and scans tell step by step (``Measurement.carried``).
+A carried robot is where its odometer says it is not. Hence a fix is forgotten when it may well have been carried since,
+which pictures and scans tell step by step (``Measurement.carried``).
 """
 
 import math
@@ -38,6 +38,8 @@ LEAST = 0.03
 """The least ratio of a view."""
 CARRIED = -6.0
 """Log odds of being carried at a view, before pictures and scans are asked: once in four hundred."""
+DOUBT = 0.1
+"""A fix is forgotten when the robot was carried since with a larger chance than this."""
 
 
 class _Track(NamedTuple):
@@ -105,19 +107,20 @@ class LastFixes:
             return
         if not measured.stands or measured.carried > 0:
             self._stayed += math.log1p(-float(expit(min(measured.carried + CARRIED, -CARRIED))))
+            while self._fixes and -math.expm1(self._stayed - self._fixes[0].stayed) > DOUBT:
+                self._fixes.popleft()
         if not measured.again:
             self._pose = after_motion(self._pose, measured.distance, measured.turn)
             self._way += abs(measured.distance)
 
     def _told_by(self, fix: _Fix) -> NDArray[np.float64]:
         """Log ratio of all places by the way since one fix, from log ``LEAST`` to 0; 0 of those on no path of it."""
-        least = max(LEAST, -math.expm1(self._stayed - fix.stayed))
         told = np.full(len(self._map), -np.inf)
         since = relative_pose(self._pose, fix.pose)
         for track, view in fix.at:
             way = self._way - fix.way + np.abs(track.along - track.along[view])
             np.maximum.at(told, track.places, _log_ratio(track.poses, _laid(since, track.poses[view]), way))
-        return np.where(told > -np.inf, np.maximum(told, math.log(least)), 0.0)
+        return np.where(told > -np.inf, np.maximum(told, math.log(LEAST)), 0.0)
 
 
 def _tracks(map_: Map) -> list[_Track]:

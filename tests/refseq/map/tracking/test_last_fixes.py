@@ -17,7 +17,7 @@ from refseq.map.localiser import localise
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
 from refseq.map.profile import BEST
-from refseq.map.tracking.last_fixes import APART, CARRIED, DRIFT, LEAST, NEAR, LastFixes
+from refseq.map.tracking.last_fixes import APART, DRIFT, LEAST, NEAR, LastFixes
 from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_sequence
 from tests.support import corridor_drive
@@ -94,7 +94,6 @@ def test_every_ratio_is_as_written_out() -> None:
     known, last = [1, 9, 17], COUNT - 1
     _, told = followed(MAP, STRAIGHT, [number if number in known else None for number in range(COUNT)])
     ours, theirs = dead_reckoned(STRAIGHT), dead_reckoned(ROUND)
-    stay = 1 - 1 / (1 + math.exp(8.0 - CARRIED))
     expected = np.zeros(COUNT)
     for place in range(COUNT):
         for fix in known:
@@ -103,8 +102,7 @@ def test_every_ratio_is_as_written_out() -> None:
             far = math.dist(ours[last][:2], theirs[place][:2]) - (NEAR + DRIFT * way)
             bent = abs(theirs[place][2]) - (math.radians(30) + math.radians(1) * way)
             z = max(0.0, far) / (0.5 * (NEAR + DRIFT * way)), max(0.0, bent) / math.radians(15)
-            least = math.log(max(LEAST, 1 - stay ** (last - fix)))
-            expected[place] += max(-0.5 * (z[0] ** 2 + z[1] ** 2), least) / len(known)
+            expected[place] += max(-0.5 * (z[0] ** 2 + z[1] ** 2), math.log(LEAST)) / len(known)
     assert expected.min() < -1
     np.testing.assert_allclose(told, expected, atol=1e-9)
 
@@ -126,7 +124,7 @@ def test_no_place_is_ever_spoken_for_nor_ruled_out(
 
 
 def test_a_robot_that_was_carried_may_be_anywhere() -> None:
-    """Pictures and scans that tell so leave nothing of the fixes before; where they tell nothing, most of it stays."""
+    """Pictures and scans that tell so leave no fix from before; a step of which they tell nothing leaves all."""
     for carried, least, most in ((30.0, -0.01, 0.0), (0.0, -9.0, math.log(0.1))):
         steps = [*STRAIGHT[:25], replace(STRAIGHT[25], carried=carried), *STRAIGHT[26:]]
         _, told = followed(MAP, steps, LEFT)
