@@ -53,7 +53,7 @@ FARTHEST_STEP = 3.0
 """Scans taken farther apart than this have too little in common [m]."""
 
 LARGEST_TURN = 0.6
-"""Larger turns between two scans are left out [rad]: nobody knows on which way the robot made them."""
+"""Of larger turns between two scans nobody knows on which way the robot made them [rad]: they tell of no fault."""
 
 CLEAR_TURN = 0.03
 """A smaller turn has no sign that could be told from its own error [rad]."""
@@ -87,7 +87,8 @@ class MotionRatios:
     """Log-likelihood ratios [nats] of faults of the odometer, and of a laser that is upside down or became so.
 
     ``mirrored``: at both scans; ``flipped``: at one of the two. ``carried``: of a robot that was carried between the
-    two, against one that came as its odometer tells; it is 0 in a bare corridor, which looks alike everywhere.
+    two, or whose wheel span, against one that came as its odometer tells; it is 0 in a bare corridor, which looks alike
+    everywhere.
     """
 
     odometry: Mapping[FaultKind, float]
@@ -143,12 +144,14 @@ class MotionWatch:
 
 def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> MotionRatios:
     """Ratios of the hypotheses, given the odometer's ``distance`` [m] and ``turn`` [rad] between two scans."""
-    if abs(distance) > FARTHEST_STEP or abs(turn) > LARGEST_TURN:
+    if abs(distance) > FARTHEST_STEP:
         return SILENT
     here, there = after.points[_hits(after, _near(before))], _hits(before, REACH)
     if min(len(here), len(there)) < FEWEST:
         return SILENT
     walls = _Walls(before, there)
+    if abs(turn) > LARGEST_TURN:
+        return MotionRatios({}, carried=_spun(walls, here, distance, turn))
     if abs(distance) < STILL and abs(turn) < STILL:
         stands, moves = walls.stands_or_moves(here)
         return MotionRatios({FaultKind.FROZEN: bounded(_ratio(moves, stands))})
@@ -190,6 +193,12 @@ def moved_ratio(before: Scan, after: Scan) -> float | None:
         return None
     stands, moves = _Walls(before, there).stands_or_moves(here)
     return bounded(_ratio(min(moves, ELSEWHERE), stands))
+
+
+def _spun(walls: "_Walls", here: NDArray[np.float64], distance: float, turn: float) -> float:
+    """Log-likelihood ratio of a robot that went straight on or stood, a wheel spinning, against a turn, 0 or more."""
+    turned, straight, stood = walls.unexplained(here, [(distance, turn), (distance, 0.0), (0.0, 0.0)]).tolist()
+    return float(np.clip(_ratio(min(straight, stood), turned), 0.0, FOLLOWS))
 
 
 def _ratio(fault: float, health: float) -> float:

@@ -30,6 +30,26 @@ def test_a_robot_that_is_elsewhere_was_carried(after: Pose) -> None:
     assert carried(ROOMS, Pose(3.5, 2.5, 0.4), after, 0.85, 0.0) > 2
 
 
+@pytest.mark.parametrize("walls", [ROOMS, BARE], ids=["room", "corridor"])
+@pytest.mark.parametrize("way", [0.85, 0.0], ids=["drove on", "stood"])
+def test_a_wheel_that_spins_is_no_turn(walls: list[Wall], way: float) -> None:
+    """The odometer tells of 46°, and the walls are where they were: a corridor's tell that as well as any."""
+    before = Pose(4.0, 1.3, 0.0)
+    assert carried(walls, before, after_motion(before, way, 0.0), 0.85, 0.8) > 2
+
+
+@pytest.mark.parametrize("turn", [0.8, -1.2, 3.0])
+def test_a_large_turn_that_was_made_tells_next_to_nothing(turn: float) -> None:
+    """On an arc, or on the spot before the way or after it: nobody knows which."""
+    before = Pose(4.0, 2.5, 0.4)
+    for after in (
+        after_motion(before, 0.85, turn),
+        after_motion(after_motion(before, 0.0, turn), 0.85, 0.0),
+        after_motion(after_motion(before, 0.85, 0.0), 0.0, turn),
+    ):
+        assert carried(ROOMS, before, after, 0.85, turn) < 2
+
+
 def test_in_a_bare_corridor_nobody_can_tell() -> None:
     """Thirty metres on it looks the same as a step ahead: nothing is said of either."""
     for x in (15.85, 45.0):
