@@ -196,9 +196,15 @@ def moved_ratio(before: Scan, after: Scan) -> float | None:
 
 
 def _spun(walls: "_Walls", here: NDArray[np.float64], distance: float, turn: float) -> float:
-    """Log-likelihood ratio of a robot that went straight on or stood, a wheel spinning, against a turn, 0 or more."""
-    turned, straight, stood = walls.unexplained(here, [(distance, turn), (distance, 0.0), (0.0, 0.0)]).tolist()
-    return float(np.clip(_ratio(min(straight, stood), turned), 0.0, FOLLOWS))
+    """Log-likelihood ratio of a robot that went straight on or stood, a wheel spinning, against a turn, 0 or more.
+
+    After a turn of half its field of view a laser sees too little of what it saw: then nobody can tell.
+    """
+    if abs(turn) > walls.field_of_view / 2:
+        return 0.0
+    ways = [(distance, turn), (0.0, turn), (distance, 0.0), (0.0, 0.0)]
+    arc, on_the_spot, straight, stood = walls.unexplained(here, ways).tolist()
+    return float(np.clip(_ratio(min(straight, stood), min(arc, on_the_spot)), 0.0, FOLLOWS))
 
 
 def _ratio(fault: float, health: float) -> float:
@@ -233,6 +239,7 @@ class _Walls:
         cv2.polylines(grid, [one.reshape(-1, 1, 2) for one in np.split(cells, breaks)], False, 0)
         self._away = cv2.distanceTransform(grid, cv2.DIST_L2, 3)  # in cells, float32
         self._half = min(math.pi, (len(scan.ranges) - 1) * scan.step / 2)
+        self.field_of_view = 2 * self._half
         self._middle = scan.start + (len(scan.ranges) - 1) * scan.step / 2
 
     def stands_or_moves(self, points: NDArray[np.float64]) -> tuple[float, float]:
