@@ -241,8 +241,12 @@ class Map:
         if any(len(path.poses) for path in self.paths):
             return MapFrame.JOINED
         measured = self.has_one_path and len(self.sequence.odometry)
-        assumed = self.metadata.get("odometry", "").startswith(ASSUMED)
-        return MapFrame.ODOMETRY if measured and not assumed else MapFrame.NONE
+        return MapFrame.ODOMETRY if measured and not self.odometry_is_assumed else MapFrame.NONE
+
+    @property
+    def odometry_is_assumed(self) -> bool:
+        """True for the map of pictures whose way nobody measured: so many metres each, straight on."""
+        return self.metadata.get("odometry", "").startswith(ASSUMED)
 
     @cached_property
     def places_in_frame(self) -> tuple[Pose | None, ...]:

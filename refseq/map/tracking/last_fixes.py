@@ -124,7 +124,9 @@ class LastFixes:
 
 
 def _tracks(map_: Map) -> list[_Track]:
-    """Those of the paths whose odometry is known."""
+    """Those of the paths whose odometry is known and not assumed."""
+    if map_.odometry_is_assumed:
+        return []
     tracks = [(path, map_.track(path)) for path in map_.paths]
     return [
         _Track(map_.numbered(path), path.along, np.column_stack([track[:, :2], wrapped(track[:, 2])]))

@@ -18,7 +18,7 @@ from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
 from refseq.map.profile import BEST
 from refseq.map.tracking.last_fixes import APART, DRIFT, LEAST, NEAR, LastFixes
-from refseq.view import View
+from refseq.view import ASSUMED, View
 from tests.refseq.rooms import bits_drive, bits_sequence
 from tests.support import corridor_drive
 
@@ -151,6 +151,13 @@ def test_a_way_that_nobody_measured_leaves_nothing_known() -> None:
     fixes, _ = followed(MAP, STRAIGHT, LEFT)
     assert (fixes.weighed([step(math.nan, math.nan)])[0].log_ratio == 0).all()
     assert (fixes.weighed([step()])[0].log_ratio == 0).all()
+
+
+def test_a_map_of_pictures_whose_way_was_assumed_tells_of_no_way() -> None:
+    """Nobody knows that they were taken a metre apart, nor that it went straight on."""
+    assumed = MAP.noted({"odometry": f"{ASSUMED}: 1 m a picture"})
+    _, told = followed(assumed, STRAIGHT, LEFT)
+    assert (told == 0).all()
 
 
 def test_a_reset_forgets() -> None:
