@@ -7,7 +7,8 @@ whose own odometry tells where all other places lie to it. A place that is farth
 against, and no place is ever spoken for: the promise of evidence holds whatever the odometer does.
 
 A carried robot is where its odometer says it is not. Hence a fix is forgotten when it may well have been carried since,
-which pictures and scans tell step by step (``Measurement.carried``).
+which pictures and scans tell step by step (``Measurement.carried``). A laser alone cannot in a corridor: without a
+camera no fix is remembered.
 """
 
 import math
@@ -91,7 +92,11 @@ class LastFixes:
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember a view whose place the belief is sure of."""
-        if measured[0].stands or (self._fixes and self._way - self._fixes[-1].way < APART):
+        if (
+            math.isnan(measured[0].carried)
+            or measured[0].stands
+            or (self._fixes and self._way - self._fixes[-1].way < APART)
+        ):
             return
         place = sure_place(self._map, belief)
         if place is None:
@@ -101,8 +106,8 @@ class LastFixes:
             self._fixes.append(_Fix(at, self._pose, self._way, self._stayed))
 
     def _move(self, measured: Measurement) -> None:
-        """Take the way since the last view; one that nobody measured leaves nothing known of where the robot is."""
-        if not (math.isfinite(measured.distance) and math.isfinite(measured.turn)):
+        """Take the way since the last view; one that nobody measured or saw leaves nothing known of where it led."""
+        if not all(map(math.isfinite, (measured.distance, measured.turn, measured.carried))):
             self.reset()
             return
         if not measured.stands or measured.carried > 0:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from refseq.atlas.decision import Decision
 from refseq.atlas.merge import merge_maps
 from refseq.belief import Belief, Stage, Timings, belief_from
+from refseq.map.guard import SensorGuard
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.map import Map, beside
@@ -151,6 +152,23 @@ def test_a_way_that_nobody_measured_leaves_nothing_known() -> None:
     fixes, _ = followed(MAP, STRAIGHT, LEFT)
     assert (fixes.weighed([step(math.nan, math.nan)])[0].log_ratio == 0).all()
     assert (fixes.weighed([step()])[0].log_ratio == 0).all()
+
+
+def test_without_a_camera_nobody_can_tell_of_being_carried() -> None:
+    unseen = [replace(one, carried=math.nan) for one in STRAIGHT]
+    _, told = followed(MAP, unseen, LEFT)
+    assert (told == 0).all()
+    fixes, _ = followed(MAP, STRAIGHT, LEFT)
+    assert (fixes.weighed([unseen[-1]])[0].log_ratio == 0).all()
+
+
+def test_a_laser_alone_is_asked_for_no_fixes(maps: tuple[Map, Map]) -> None:
+    views, matcher = seen(2, 0.0)[:3], {}
+    for sensors in (["laser"], ["laser", "forward"]):
+        guard = SensorGuard(maps[1], sensors=sensors)
+        matcher[len(sensors)] = [guard.match(view)[0].carried for view in views]
+    assert np.isnan(matcher[1]).all()
+    assert np.isfinite(matcher[2]).all()
 
 
 def test_a_map_of_pictures_whose_way_was_assumed_tells_of_no_way() -> None:
