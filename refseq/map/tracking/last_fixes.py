@@ -92,11 +92,8 @@ class LastFixes:
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember a view whose place the belief is sure of."""
-        if (
-            math.isnan(measured[0].carried)
-            or measured[0].stands
-            or (self._fixes and self._way - self._fixes[-1].way < APART)
-        ):
+        near = bool(self._fixes) and self._way - self._fixes[-1].way < APART
+        if near or measured[0].stands or math.isnan(measured[0].carried):
             return
         place = sure_place(self._map, belief)
         if place is None:
