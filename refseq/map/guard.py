@@ -67,7 +67,7 @@ class SensorGuard:
         by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
         self._asks_noise = by_ratios and map_.profile.log_ratio.usual > 0
         asks_fixes = by_ratios and map_.profile.log_ratio.fixes > 0
-        self._asks_carried = asks_fixes and bool(self.sensors & self._cameras)
+        self._asks_carried = asks_fixes and bool(self.sensors & self._cameras) and len(self.sensors) > 1
         self.reset()
 
     def reset(self) -> None:

@@ -37,7 +37,7 @@ class Measurement:
     they were asked about, NaN elsewhere; ``noise`` is that of the view's pictures by camera [grey
     levels]; both where the map's profile asks for usual views. ``carried`` is the log-likelihood ratio of a robot that
     was carried since the last view against one that came as its odometer tells [nats], where the profile asks for last
-    fixes; NaN without a camera that could tell.
+    fixes; NaN without a camera and another sensor that could tell.
     """
 
     likelihood: NDArray[np.float64]

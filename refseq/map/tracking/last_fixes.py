@@ -7,8 +7,8 @@ whose own odometry tells where all other places lie to it. A place that is farth
 against, and no place is ever spoken for: the promise of evidence holds whatever the odometer does.
 
 A carried robot is where its odometer says it is not. Hence a fix is forgotten when it may well have been carried since,
-which pictures and scans tell step by step (``Measurement.carried``). A laser alone cannot in a corridor: without a
-camera no fix is remembered.
+which pictures and scans tell step by step (``Measurement.carried``). One sensor alone tells it too seldom:
+without a camera and another one no fix is remembered.
 """
 
 import math
