@@ -53,7 +53,7 @@ class PictureSteps:
         self._last, self._way, self._turn = keys, 0.0, 0.0
 
     def _ratio(self, camera: str, before: PictureKeys, now: PictureKeys) -> float:
-        """That of one camera, by the share of its steps that did not fit, counted from one of two."""
+        """The ratio of one camera, by the share of its steps that did not fit, counted from one of two."""
         misfits, steps = self._misfits.get(camera, (1, 2))
         fits = fit_keys(before, now).inliers >= FITS
         self._misfits[camera] = misfits + (not fits), steps + 1
