@@ -200,7 +200,7 @@ def _spun(walls: "_Walls", here: NDArray[np.float64], distance: float, turn: flo
 
     After a turn of half its field of view a laser sees too little of what it saw: then nobody can tell.
     """
-    if abs(turn) > walls.field_of_view / 2:
+    if abs(turn) > walls.half_view:
         return 0.0
     ways = [(distance, turn), (0.0, turn), (distance, 0.0), (0.0, 0.0)]
     arc, on_the_spot, straight, stood = walls.unexplained(here, ways).tolist()
@@ -238,8 +238,7 @@ class _Walls:
         breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > joined) + 1
         cv2.polylines(grid, [one.reshape(-1, 1, 2) for one in np.split(cells, breaks)], False, 0)
         self._away = cv2.distanceTransform(grid, cv2.DIST_L2, 3)  # in cells, float32
-        self._half = min(math.pi, (len(scan.ranges) - 1) * scan.step / 2)
-        self.field_of_view = 2 * self._half
+        self.half_view = min(math.pi, (len(scan.ranges) - 1) * scan.step / 2)
         self._middle = scan.start + (len(scan.ranges) - 1) * scan.step / 2
 
     def stands_or_moves(self, points: NDArray[np.float64]) -> tuple[float, float]:
@@ -261,10 +260,10 @@ class _Walls:
         y = y + sin * points[:, 0] + cos * points[:, 1]
         row, column, side = _cells(x), _cells(y), len(self._away)
         seen = (row >= 0) & (row < side) & (column >= 0) & (column < side)
-        if self._half < math.pi - 1e-6:
+        if self.half_view < math.pi - 1e-6:
             # A bearing is within the field of view where its cosine to the middle is large enough.
             ahead = x * math.cos(self._middle) + y * math.sin(self._middle)
-            seen &= ahead >= math.cos(self._half) * np.sqrt(x**2 + y**2)
+            seen &= ahead >= math.cos(self.half_view) * np.sqrt(x**2 + y**2)
         found = self._away.take(row * side + column, mode="clip")
         # What lies in the next cell may be there by rounding alone.
         distances = np.clip((found - 1) * CELL, 0.0, FARTHEST)

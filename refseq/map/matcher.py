@@ -57,6 +57,10 @@ class Measurement:
         """True for a view of a robot that has not moved since the last one."""
         return self.again or self.distance == 0.0
 
+    def with_log_ratio(self, log_ratio: NDArray[np.float64]) -> "Measurement":
+        """The same view with other log ratios of the places, (K,), and the likelihoods that follow from them."""
+        return replace(self, log_ratio=log_ratio, likelihood=softmax(log_ratio))
+
 
 class Matcher:
     """Views to measurements, one for each sequence; what all sequences need of a view is described once.

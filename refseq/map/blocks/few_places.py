@@ -13,7 +13,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import softmax
 
 from refseq.belief import LOST_ABOVE, Belief
 from refseq.inference.matching.log_ratio import with_more
@@ -76,9 +75,7 @@ class FewPlaces:
         stretches = [slice(*bounds) for bounds in pairwise(self._map.first.tolist())]
         weighed = [
             replace(
-                one,
-                log_ratio=ratios[its],
-                likelihood=softmax(ratios[its]),
+                one.with_log_ratio(ratios[its]),
                 by_block={**one.by_block, **{key: told[its] for key, told in brought.items()}},
             )
             for one, its in zip(measured, stretches, strict=True)

@@ -14,12 +14,11 @@ without a camera and another one no fix is remembered.
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, softmax
+from scipy.special import expit
 
 from refseq.belief import Belief
 from refseq.map.map import Map
@@ -85,10 +84,13 @@ class LastFixes:
     def weighed(self, measured: Sequence[Measurement]) -> list[Measurement]:
         """A view's measurements in every sequence, with what speaks against each place."""
         self._move(measured[0])
-        if not self._fixes or measured[0].log_ratio is None:
+        if not self._fixes:
             return list(measured)
         against = np.split(np.mean([self._told_by(fix) for fix in self._fixes], axis=0), self._map.first[1:-1])
-        return [_with(one, its) for one, its in zip(measured, against, strict=True)]
+        return [
+            one if one.log_ratio is None else one.with_log_ratio(one.log_ratio + its)
+            for one, its in zip(measured, against, strict=True)
+        ]
 
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember a view whose place the belief is sure of."""
@@ -154,10 +156,3 @@ def _log_ratio(poses: NDArray[np.float64], expected: Pose, way: NDArray[np.float
     bent = np.maximum(turned - (ALIKE + BEND * way), 0.0) / HEADING_SPREAD
     ratio: NDArray[np.float64] = -0.5 * (far**2 + bent**2)
     return ratio
-
-
-def _with(measured: Measurement, against: NDArray[np.float64]) -> Measurement:
-    if measured.log_ratio is None:
-        return measured
-    log_ratio = measured.log_ratio + against
-    return replace(measured, log_ratio=log_ratio, likelihood=softmax(log_ratio))

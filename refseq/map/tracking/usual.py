@@ -14,12 +14,10 @@ alone is not doubted so: a camera before a bare wall brings little anywhere, and
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import softmax
 
 from refseq.belief import Belief
 from refseq.inference.matching.incidence import sensor_of
@@ -82,7 +80,7 @@ class UsualViews:
         if measured.log_ratio is None or not self._usual:
             return measured
         log_ratio = with_more(measured.log_ratio, -measured.power * self._against(measured), self._blind)
-        return replace(measured, log_ratio=log_ratio, likelihood=softmax(log_ratio))
+        return measured.with_log_ratio(log_ratio)
 
     def _against(self, measured: Measurement) -> NDArray[np.float64]:
         """Sum over the blocks of what speaks against each place, (K,), 0 or more."""

@@ -15,7 +15,7 @@ HERE, ELSEWHERE = scene(np.random.default_rng(1), 60), scene(np.random.default_r
 
 
 def drive(count: int) -> list[Mapping[str, PictureKeys]]:
-    """What a camera that looks ahead sees: the same plane, coming nearer."""
+    """Views of a camera that looks ahead: the same plane, coming nearer."""
     return [{"forward": moved(HERE, 1 + 0.01 * number, 0.0, (0, 0))} for number in range(count)]
 
 

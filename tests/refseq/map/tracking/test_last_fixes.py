@@ -69,7 +69,7 @@ def sure(place: int, lost: float = 0.0) -> Belief:
 
 
 def followed(map_: Map, steps: Sequence[Measurement], places: Sequence[int | None]) -> tuple[LastFixes, np.ndarray]:
-    """What speaks for or against the places at the last of some steps; None: not sure of a place there."""
+    """Log ratios of the places at the last of some steps, each with the place that it is sure of; None: of none."""
     fixes = LastFixes(map_)
     for one, place in zip(steps, places, strict=True):
         told = fixes.weighed([one])[0].log_ratio
