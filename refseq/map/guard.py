@@ -66,8 +66,7 @@ class SensorGuard:
         self._stands_once = map_.profile.motion.stands_once
         by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
         self._asks_noise = by_ratios and map_.profile.log_ratio.usual > 0
-        asks_fixes = by_ratios and map_.profile.log_ratio.fixes > 0
-        self._asks_carried = asks_fixes and bool(self.sensors & self._cameras) and len(self.sensors) > 1
+        self._asks_carried = by_ratios and map_.profile.chain.carried > 0
         self.reset()
 
     def reset(self) -> None:

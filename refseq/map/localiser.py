@@ -28,7 +28,7 @@ class Localiser:
         self, map_: Map, *, stage: Stage = Stage.CHAIN, sensors: Sequence[str] | None = None, seed: int = 0
     ) -> None:
         self._measurer = Measurer(map_, sensors=sensors, seed=seed)
-        self._answers = StageAnswers(map_, stage_named(stage))
+        self._answers = StageAnswers(map_, stage_named(stage), sensors=sensors)
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -53,7 +53,7 @@ class StagedLocaliser:
         seed: int = 0,
     ) -> None:
         self._measurer = Measurer(map_, sensors=sensors, seed=seed)
-        self._answers = {stage: StageAnswers(map_, stage) for stage in map(stage_named, stages)}
+        self._answers = {stage: StageAnswers(map_, stage, sensors=sensors) for stage in map(stage_named, stages)}
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import softmax
+from scipy.special import logit, softmax
 
 from refseq.belief import Timings
 from refseq.errors import MapError, RefseqError
@@ -36,8 +36,8 @@ class Measurement:
     and ``power`` are those of the words' ``LogRatios``, the former with what other blocks brought at the places that
     they were asked about, NaN elsewhere; ``noise`` is that of the view's pictures by camera [grey
     levels]; both where the map's profile asks for usual views. ``carried`` is the log-likelihood ratio of a robot that
-    was carried since the last view against one that came as its odometer tells [nats], where the profile asks for last
-    fixes; NaN without a camera and another sensor that could tell.
+    was carried since the last view against one that came as its odometer tells [nats], where the profile asks for it;
+    0 where nothing tells.
     """
 
     likelihood: NDArray[np.float64]
@@ -50,12 +50,16 @@ class Measurement:
     by_block: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     power: float = 1.0
     noise: Mapping[str, float] = field(default_factory=dict)
-    carried: float = math.nan
+    carried: float = 0.0
 
     @property
     def stands(self) -> bool:
         """True for a view of a robot that has not moved since the last one."""
         return self.again or self.distance == 0.0
+
+    def log_odds_carried(self, before: float) -> float:
+        """Log odds that the robot was carried since the last view, by the probability of it ``before`` it was seen."""
+        return float(logit(before)) + self.carried
 
     def with_log_ratio(self, log_ratio: NDArray[np.float64]) -> "Measurement":
         """The same view with other log ratios of the places, (K,), and the likelihoods that follow from them."""

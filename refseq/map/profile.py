@@ -107,6 +107,7 @@ BEST = Profile(
         stay_lost=0.92,
         lost_at_start=0.1,
         kidnap_probability=0.3,
+        carried=0.005,
         relocalisation_range=5.0,
     ),
 )
@@ -184,7 +185,7 @@ LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
         "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "turns": 0.0, "usual": 0, "fixes": 0},
         "neural": asdict(NeuralSettings()),
         "motion": {"stands_once": False, "odometer_scale": 0.0},
-        "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
+        "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0, "carried": 0.0},
     }
 )
 """Settings that maps of earlier versions lack, with the values that do as those versions did."""

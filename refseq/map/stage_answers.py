@@ -8,7 +8,7 @@ from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
 from refseq.map.profile import Matching
-from refseq.map.tracking.last_fixes import LastFixes
+from refseq.map.tracking.last_fixes import LastFixes, carrying_shows
 from refseq.map.tracking.odometer_scale import OdometerScale
 from refseq.map.tracking.trackers import tracker_for
 from refseq.map.tracking.usual import UsualViews
@@ -17,13 +17,14 @@ from refseq.map.tracking.usual import UsualViews
 class StageAnswers:
     """The beliefs of one stage on the views that a measurer takes; ``measured`` is the last view as it was measured.
 
-    Only the chain, which knows when it is lost, corrects the odometer's scale (``OdometerScale``) and weighs a view by
-    what others of the drive brought (``UsualViews``) and by the way since those that it was sure of (``LastFixes``),
-    where the map's profile asks for that. Hindsight does the first alone: a stretch that looks like no place any more
-    is one it finds by the views behind it.
+    ``sensors`` are those of the map that are asked, all by default. Only the chain, which knows when it is lost,
+    corrects the odometer's scale (``OdometerScale``) and weighs a view by what others of the drive brought
+    (``UsualViews``) and by the way since those that it was sure of (``LastFixes``), where the map's profile asks for
+    that. Hindsight does the first alone: a stretch that looks like no place any more is one it finds by the views
+    behind it.
     """
 
-    def __init__(self, map_: Map, stage: Stage) -> None:
+    def __init__(self, map_: Map, stage: Stage, *, sensors: Sequence[str] | None = None) -> None:
         self._stage, self._tracker = stage, tracker_for(stage, map_)
         chained, profile = stage is Stage.CHAIN, map_.profile
         self._scale = OdometerScale(map_) if chained and profile.motion.odometer_scale > 0 else None
@@ -31,7 +32,7 @@ class StageAnswers:
         self._weighers: list[UsualViews | LastFixes] = []
         if asked and asked.usual > 0:
             self._weighers.append(UsualViews(map_))
-        if asked and asked.fixes > 0:
+        if asked and asked.fixes > 0 and carrying_shows(map_, sensors):
             self._weighers.append(LastFixes(map_))
         self._last: Belief | None = None
         self.measured: Sequence[Measurement] = ()

@@ -33,10 +33,14 @@ def paths(most: int) -> st.SearchStrategy[np.ndarray]:
     return st.lists(st.integers(0, 24), max_size=most - 1).map(lambda gaps: np.cumsum([0, *gaps]) / 8)
 
 
-def drives(K: int, most: int, likelihood: float) -> st.SearchStrategy[list[Observation]]:
-    """One to ``most`` observations with log-likelihoods to both sides of 0."""
-    logs = st.floats(-likelihood, likelihood)
-    observation = st.builds(Observation, distances, st.lists(logs, min_size=K, max_size=K).map(np.array), logs)
+def drives(K: int, most: int, likelihood: float, carried: float = 0.0) -> st.SearchStrategy[list[Observation]]:
+    """One to ``most`` observations with log-likelihoods to both sides of 0, ``carried`` to at most that probability."""
+    logs, places = (
+        st.floats(-likelihood, likelihood),
+        st.lists(st.floats(-likelihood, likelihood), min_size=K, max_size=K),
+    )
+    chance = st.just(0.0) | st.floats(0.0, carried)
+    observation = st.builds(Observation, distances, places.map(np.array), logs, carried=chance)
     return st.lists(observation, min_size=1, max_size=most)
 
 
@@ -150,10 +154,14 @@ def log_likelihoods(observation: Observation, K: int) -> np.ndarray:
 
 
 def all_paths(observations: Sequence[Observation], chain: Chain) -> np.ndarray:
-    """log P(path, views) of every path from Lost_0: an array with one axis of 2 K states for each view."""
+    """log P(path, views) of every path from Lost_0: an array with one axis of 2 K states for each view.
+
+    A robot that is carried, with the probability that an observation tells, begins anew.
+    """
     scores, K = np.array(0.0), chain.K
     for number, observation in enumerate(observations):
-        A = log(dense_transitions(chain, observation.distance))
+        c = observation.carried
+        A = log((1 - c) * dense_transitions(chain, observation.distance) + c * dense_start(chain))
         way = A if number else log(dense_start(chain))
         scores = scores[..., None] + way + log_likelihoods(observation, K)
     return scores

@@ -58,13 +58,18 @@ class ChainSettings:
     ``kidnap_probability`` is the share of a Lost_Place's way out that leads to Lost_0 instead of to near places ahead:
     the robot forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
 
+    ``carried`` is the probability, before anything is seen, that the robot was carried since the last view. Where what
+    its sensors saw of the way makes it more, the robot may by so much be anywhere, as at the first view
+    (``Observation.carried``). The forward filter and hindsight ask it; 0: the robot is never carried.
+
     ``observation`` is what of a view the chain observes. ``noise`` makes the places' emissions non-zero. ``lost_view``
     says which views are the Lost View: by ``entropy`` those whose distribution over the places has one above
     ``lost_view_entropy`` · log K. A place emits it with probability ``lost_view_at_place``, a Lost_Place with
     ``lost_view_at_lost``, and any view of the sequence alike (3.8); where it is learnt, or none, they are not used.
 
     The thesis gives only ``lost`` and ``window``, T, the number of observations; the others are choices, and the
-    defaults of ``lost_per_metre``, ``exit_at_ends``, ``run_out`` and ``kidnap_probability`` leave them out.
+    defaults of ``lost_per_metre``, ``exit_at_ends``, ``run_out``, ``kidnap_probability`` and ``carried`` leave them
+    out.
     """
 
     window: int = 5
@@ -75,6 +80,7 @@ class ChainSettings:
     stay_lost: float = 0.5
     lost_at_start: float = 0.5
     kidnap_probability: float = 0.0
+    carried: float = 0.0
     relocalisation_range: float = 10.0
     observation: ObservedDistribution = ObservedDistribution.POSTERIOR
     noise: float = 0.1
@@ -94,13 +100,15 @@ class Observation:
 
     A ``distance`` that is NaN was not measured. ``places`` is (K,), ``lost`` that of any Lost_Place. Only their
     differences matter, so any scale will do. With ``again`` the robot has stood since the last one, whose place in the
-    sequence of observations this one takes.
+    sequence of observations this one takes. ``carried`` is the probability that it did not come by itself: the filters
+    that sum over all paths begin anew with it.
     """
 
     distance: float
     places: NDArray[np.float64]
     lost: float
     again: bool = False
+    carried: float = 0.0
 
 
 def standing_once(observations: Sequence[Observation]) -> tuple[list[Observation], list[int]]:

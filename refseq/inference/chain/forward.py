@@ -41,6 +41,28 @@ class StateSpace(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class CarriedMoves:
+    """The moves of a robot that with a probability of ``carried`` did not make them, but is where a drive may start.
+
+    ``start`` (2, K) are the probabilities there, sum 1.
+    """
+
+    moves: Moves
+    start: NDArray[np.float64]
+    carried: float
+
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Probabilities after the move, with the same sum."""
+        came: NDArray[np.float64] = self.carried * states.sum() * self.start
+        return (1 - self.carried) * self.moves.predict(states) + came
+
+    def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The transpose of ``predict``."""
+        came: np.float64 = self.carried * (states * self.start).sum()
+        return (1 - self.carried) * self.moves.backward(states) + came
+
+
+@dataclass(frozen=True, slots=True)
 class StatePosterior:
     """Distribution over the states at a view: places (K,) and Lost_Places (K,), sum 1 over both.
 
@@ -67,7 +89,7 @@ class ForwardFilter:
     def update(self, observation: Observation) -> StatePosterior:
         """Take the next view and answer from the views up to it."""
         if self._expected is None or not observation.again:
-            self._expected = expected(self._log_states, observation.distance, self._chain)
+            self._expected = expected(self._log_states, observation, self._chain)
         self._log_states, log_evidence = weighed(self._expected, observation)
         return _posterior(self._log_states, log_evidence)
 
@@ -79,7 +101,7 @@ def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[State
     """
     forward: list[tuple[NDArray[np.float64], float]] = []
     for observation in observations:
-        before = expected(forward[-1][0] if forward else None, observation.distance, chain)
+        before = expected(forward[-1][0] if forward else None, observation, chain)
         forward.append(weighed(before, observation))
     smoothed: list[StatePosterior] = []
     later = np.zeros((2, chain.K))  # log P(later views | state), but for a factor
@@ -89,16 +111,24 @@ def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[State
         smoothed.append(_posterior(both - _log_sum(both), log_evidence))
         if t:
             later, _ = weighed(later, observations[t])
-            later = log_moved(chain.transitions(observations[t].distance).backward, later)
+            later = log_moved(_moves(observations[t], chain).backward, later)
     return smoothed[::-1]
 
 
-def expected(log_states: NDArray[np.float64] | None, distance: float, chain: StateSpace) -> NDArray[np.float64]:
-    """Log P(state | views before), (2, K), ``distance`` [m] after the last view.
+def expected(
+    log_states: NDArray[np.float64] | None, observation: Observation, chain: StateSpace
+) -> NDArray[np.float64]:
+    """Log P(state | views before), (2, K), at an observation.
 
-    ``log_states`` are log P(state | views) there; None: there was none.
+    ``log_states`` are log P(state | views) at the last one; None: there was none.
     """
-    return chain.start() if log_states is None else log_moved(chain.transitions(distance).predict, log_states)
+    return chain.start() if log_states is None else log_moved(_moves(observation, chain).predict, log_states)
+
+
+def _moves(observation: Observation, chain: StateSpace) -> Moves:
+    """The moves from the last observation to this one."""
+    moves = chain.transitions(observation.distance)
+    return CarriedMoves(moves, np.exp(chain.start()), observation.carried) if observation.carried > 0 else moves
 
 
 def log_moved(

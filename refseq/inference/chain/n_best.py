@@ -46,7 +46,7 @@ def log_evidence(observations: Sequence[Observation], chain: Chain) -> float:
     """Log P(views), of all paths together: a path's share of the belief is exp(``log_score`` − this)."""
     states, total = None, 0.0
     for observation in observations:
-        states, now = weighed(expected(states, observation.distance, chain), observation)
+        states, now = weighed(expected(states, observation, chain), observation)
         total += now
     return total
 

@@ -112,6 +112,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "stay_lost": SHARE,
             "lost_at_start": SHARE,
             "kidnap_probability": SHARE,
+            "carried": (0.0, 0.5),
             "relocalisation_range": (1e-3, 1e3),
             "noise": (1e-12, 1.0),
             "lost_view_entropy": (0.0, 10.0),

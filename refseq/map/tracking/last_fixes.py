@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
+from scipy.special import log_expit
 
 from refseq.belief import Belief
 from refseq.map.map import Map
-from refseq.map.matcher import Measurement
+from refseq.map.matcher import Measurement, wanted_of
 from refseq.map.tracking.sure import sure_place
 from refseq.planar import Pose, after_motion, in_world, relative_pose, wrap, wrapped
 
@@ -36,9 +36,7 @@ SPREAD, HEADING_SPREAD = 0.5, math.radians(15.0)
 """Beyond that the ratio falls as a normal density does, of so much of the distance that is allowed, and [rad]."""
 LEAST = 0.03
 """The least ratio of a view."""
-CARRIED = -6.0
-"""Log odds of being carried at a view, before pictures and scans are asked: once in four hundred."""
-DOUBT = 0.1
+DOUBT = 0.05
 """A fix is forgotten when the robot was carried since with a larger chance than this."""
 
 
@@ -72,7 +70,7 @@ class LastFixes:
     """
 
     def __init__(self, map_: Map) -> None:
-        self._map, self._tracks = map_, map_.once(_tracks)
+        self._map, self._tracks, self._carried = map_, map_.once(_tracks), map_.profile.chain.carried
         self._fixes: deque[_Fix] = deque(maxlen=int(map_.profile.log_ratio.fixes))
         self.reset()
 
@@ -95,7 +93,7 @@ class LastFixes:
     def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember a view whose place the belief is sure of."""
         near = bool(self._fixes) and self._way - self._fixes[-1].way < APART
-        if near or measured[0].stands or math.isnan(measured[0].carried):
+        if near or measured[0].stands:
             return
         place = sure_place(self._map, belief)
         if place is None:
@@ -106,11 +104,11 @@ class LastFixes:
 
     def _move(self, measured: Measurement) -> None:
         """Take the way since the last view; one that nobody measured or saw leaves nothing known of where it led."""
-        if not all(map(math.isfinite, (measured.distance, measured.turn, measured.carried))):
+        if not (math.isfinite(measured.distance) and math.isfinite(measured.turn)):
             self.reset()
             return
         if not measured.stands or measured.carried > 0:
-            self._stayed += math.log1p(-float(expit(min(measured.carried + CARRIED, -CARRIED))))
+            self._stayed += float(log_expit(-measured.log_odds_carried(self._carried)))
             while self._fixes and -math.expm1(self._stayed - self._fixes[0].stayed) > DOUBT:
                 self._fixes.popleft()
         if not measured.again:
@@ -125,6 +123,14 @@ class LastFixes:
             way = self._way - fix.way + np.abs(track.along - track.along[view])
             np.maximum.at(told, track.places, _log_ratio(track.poses, _laid(since, track.poses[view]), way))
         return np.where(told > -np.inf, np.maximum(told, math.log(LEAST)), 0.0)
+
+
+def carrying_shows(map_: Map, sensors: Sequence[str] | None) -> bool:
+    """True where fixes can be trusted: two sensors or more are asked, or the robot is never carried.
+
+    ``sensors`` are those of the map that are asked; None: all.
+    """
+    return map_.profile.chain.carried == 0 or len(wanted_of(map_, sensors)) > 1
 
 
 def _tracks(map_: Map) -> list[_Track]:

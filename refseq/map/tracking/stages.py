@@ -158,7 +158,7 @@ class ChainTracker:
         """A measurement as the chain sees it."""
         if measured.log_ratio is not None:
             log_ratio = with_turns(self._turns, measured, measured.log_ratio)
-            return Observation(measured.distance, log_ratio, 0.0, measured.again)
+            return observed(measured, log_ratio, self.chain.settings)
         places, lost = self._sequence.emissions.log_likelihood(self._seen(measured))
         return Observation(measured.distance, places, lost, measured.again)
 
@@ -169,6 +169,15 @@ class ChainTracker:
         # The average features are as likely as before; the places, where the robot is expected, more than on average.
         log_average = measured.log_average - math.log(evidence * len(posterior))
         return Seen(posterior, measured.likelihood, log_average)
+
+
+def observed(measured: Measurement, log_ratio: NDArray[np.float64], settings: ChainSettings) -> Observation:
+    """A measurement as a chain sees it whose positions have these log ratios (K,).
+
+    A robot whose sensors tell nothing of its way gets lost no more often than the chain has it anyway.
+    """
+    carried = max(0.0, float(expit(measured.log_odds_carried(settings.carried))) - settings.carried)
+    return Observation(measured.distance, log_ratio, 0.0, measured.again, carried)
 
 
 def with_turns(turns: TurnsBehind | None, measured: Measurement, log_ratio: NDArray[np.float64]) -> NDArray[np.float64]:

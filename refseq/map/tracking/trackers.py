@@ -26,7 +26,7 @@ from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder, Matching
 from refseq.map.sequence import ReferenceSequence
-from refseq.map.tracking.stages import ChainTracker, decoded_belief, stage_tracker, with_turns
+from refseq.map.tracking.stages import ChainTracker, decoded_belief, observed, stage_tracker, with_turns
 from refseq.map.tracking.stands import Stands
 
 
@@ -210,7 +210,7 @@ class NetworkTracker:
         """A measurement as the positions of the network see it."""
         first, log_ratio = measured[0], np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
         told = with_turns(self._turns, first, log_ratio[self.space.places])
-        return Observation(first.distance, told, 0.0, first.again)
+        return observed(first, told, self.space.settings)
 
     def belief(self, posterior: StatePosterior, measured: Sequence[Measurement], spent: float = 0.0) -> Belief:
         """The posterior of the positions as a belief about places; to filter it took ``spent`` [s]."""

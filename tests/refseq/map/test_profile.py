@@ -189,7 +189,7 @@ def test_a_name_may_change_settings() -> None:
         ("chain.noise=2", "profile.chain.noise is 2; valid is a number from 1e-12 to 1"),
         ("chain.lost_view_at_place=0", "profile.chain.lost_view_at_place is 0; valid is a number from 1e-06 to 0.999"),
         ("+", "setting '' is unknown; valid is PART.SETTING=VALUE with a part of method, "),
-        ("chain=3", "setting 'chain' is unknown; valid is PART.SETTING=VALUE, of chain one of exit_at_ends, "),
+        ("chain=3", "setting 'chain' is unknown; valid is PART.SETTING=VALUE, of chain one of carried, exit_at_ends, "),
         ("chain.window=NaN", "profile.chain.window is nan; valid is a whole number from 1 to 10000"),
         ("chain.window=" + "9" * 5000, "profile.chain.window is '999"),
         ("chain.noise=" + "[" * 99999, "profile.chain.noise is '[[["),

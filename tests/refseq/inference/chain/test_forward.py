@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hmmlearn.hmm import CategoricalHMM
@@ -20,9 +22,9 @@ def states(posterior: StatePosterior) -> np.ndarray:
 def test_filter_and_smoother_are_the_sums_over_all_paths(
     along: np.ndarray, s: ChainSettings, likelihood: float, data: st.DataObject
 ) -> None:
-    """Also where views tell places apart by e^1000, and where the evidence changes sides."""
+    """Also where views tell places apart by e^1000, where evidence changes sides, and of a robot that is carried."""
     chain = Chain(along, MOTION, s)
-    observations = data.draw(drives(chain.K, most=5, likelihood=likelihood))
+    observations = data.draw(drives(chain.K, most=5, likelihood=likelihood, carried=1.0))
     scores, tracker, evidence = all_paths(observations, chain), ForwardFilter(chain), 0.0
     for t, observation in enumerate(observations):
         now = all_paths(observations[: t + 1], chain)
@@ -103,6 +105,18 @@ def test_a_robot_carried_off_is_found_again() -> None:
     found = [tracker.update(clear_view(at, K)) for at in (5, 6, 7)]
     assert found[0].lost.sum() > 0.9
     assert found[-1].places[7] > 0.95
+
+
+@pytest.mark.parametrize(("carried", "least", "most"), [(0, 0, 1e-4), (0.03, 0.8, 0.9), (0.5, 0.98, 1)])
+def test_who_knows_that_it_was_carried_is_found_at_once(carried: float, least: float, most: float) -> None:
+    """One view that is e^10 times likelier at place 5 than anywhere else, where place 41 was expected."""
+    K = 60
+    chain = Chain(np.arange(float(K)), MOTION, ChainSettings(lost_per_metre=0.01, stay_lost=0.9))
+    tracker = ForwardFilter(chain)
+    for at in (37, 38, 39, 40):
+        tracker.update(clear_view(at, K))
+    seen = replace(clear_view(5, K), places=10.0 * np.eye(K)[5] - 1.0, carried=carried)
+    assert least <= tracker.update(seen).places[5] <= most
 
 
 def test_numbers_too_far_apart_for_one_exponent_move_as_logarithms() -> None:
