@@ -1,6 +1,7 @@
 """What holds for all tests."""
 
 import gc
+import importlib
 import os
 import signal
 import uuid
@@ -29,17 +30,38 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
+def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
     """Look for no garbage while tests are collected, nor later among what they are: millions of objects, which stay.
 
     That is a seventh of the time of collecting, and most of what each measurement of memory takes.
     """
     gc.disable()
+    import_share(session.config)
     try:
         return (yield)
     finally:
         gc.freeze()
         gc.enable()
+
+
+def import_share(config: pytest.Config) -> None:
+    """Import a stretch of the test modules before the others, each worker another one.
+
+    All workers import all modules. In a fresh checkout, where none is compiled yet, each would compile each of them,
+    and rewrite its assertions, at the same time as the others. So it finds most of them done.
+    """
+    worker = getattr(config, "workerinput", None)
+    if worker is None or config.args != config.getini("testpaths"):
+        return
+    number, count = int(worker["workerid"].removeprefix("gw")), worker["workercount"]
+    modules = [
+        ".".join(path.relative_to(TESTS.parent).with_suffix("").parts) for path in sorted(TESTS.rglob("test_*.py"))
+    ]
+    begin, end = len(modules) * number // count, len(modules) * (number + 1) // count
+    for name in modules[begin:end]:
+        # Who is not fit to be imported is told when it is collected.
+        with suppress(Exception, pytest.skip.Exception):
+            importlib.import_module(name)
 
 
 @pytest.hookimpl(tryfirst=True)

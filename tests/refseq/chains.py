@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from hypothesis import strategies as st
@@ -9,6 +10,9 @@ from scipy.special import logsumexp
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.motion import MotionSettings
+
+if TYPE_CHECKING:
+    from hmmlearn.base import BaseHMM
 
 MOTION = MotionSettings()
 SPREAD = MotionSettings(0.1, 0.1, 0.02, interpolated=True)
@@ -120,6 +124,23 @@ def dense_start(chain: Chain) -> np.ndarray:
     """Probability of each of the 2 K states at the first view: in Lost_0, or at any place alike."""
     K, lost = chain.K, chain.settings.lost_at_start
     return np.concatenate([np.full(K, (1 - lost) / K), [lost], np.zeros(K - 1)])
+
+
+def dense_oracle(chain: Chain, distance: float) -> "BaseHMM":
+    """hmmlearn's Viterbi over the chain's dense matrix, with log-likelihoods as samples.
+
+    It is imported here: that takes a while, which not every process of a run needs to spend.
+    """
+    from hmmlearn.base import BaseHMM
+
+    class DenseChain(BaseHMM):
+        def _compute_log_likelihood(self, X: np.ndarray) -> np.ndarray:
+            return X
+
+    A = dense_transitions(chain, distance)
+    oracle = DenseChain(n_components=2 * chain.K, algorithm="viterbi")
+    oracle.startprob_, oracle.transmat_ = A[chain.K], A
+    return oracle
 
 
 def dense_transitions(chain: Chain, distance: float) -> np.ndarray:

@@ -63,11 +63,18 @@ class Town:
     def learnt(
         self, legs: Sequence[Leg], seed: int = 0, profile: Profile | None = None, sensors: Sequence[str] | None = None
     ) -> ReferenceSequence:
-        """The reference sequence of a walk."""
-        walk = self.views(legs, seed)
-        if sensors is not None:
-            walk = [View(v.time, {s: v.images[s] for s in sensors}, None, v.distance, 0.0, v.truth) for v in walk]
-        return bits_sequence(walk, profile)
+        """The reference sequence of a walk, one for all who ask: it never changes, and calibrating it takes longest."""
+        which = (tuple(legs), seed, profile, None if sensors is None else tuple(sensors))
+        if which not in self._sequences:
+            walk = self.views(legs, seed)
+            if sensors is not None:
+                walk = [View(v.time, {s: v.images[s] for s in sensors}, None, v.distance, 0.0, v.truth) for v in walk]
+            self._sequences[which] = bits_sequence(walk, profile)
+        return self._sequences[which]
+
+    @cached_property
+    def _sequences(self) -> dict[object, ReferenceSequence]:
+        return {}
 
 
 def apart(one: Pose | None, other: Pose | None) -> float:

@@ -15,14 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hmmlearn.base import BaseHMM
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.forward import ForwardFilter
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.chain.trajectory import trajectory_entropy
 from refseq.inference.chain.viterbi import SlidingViterbi, viterbi
-from tests.refseq.chains import dense_transitions, log_likelihoods
+from tests.refseq.chains import dense_oracle, log_likelihoods
 
 pytestmark = pytest.mark.benchmark
 SPACINGS = {"views": 0.85, "fine grid": 0.2}  # [m]
@@ -53,13 +52,6 @@ def milliseconds(run: Callable[[], object], repeats: int = 7) -> float:
 def per_step(decode: Callable[[int], object], few: int = 5, many: int = 45) -> float:
     """Milliseconds a step, from drives of two lengths, so that what is done once for a drive does not count."""
     return (milliseconds(lambda: decode(many)) - milliseconds(lambda: decode(few))) / (many - few)
-
-
-class DenseChain(BaseHMM):
-    """hmmlearn's chain with log-likelihoods as samples."""
-
-    def _compute_log_likelihood(self, X: np.ndarray) -> np.ndarray:
-        return X
 
 
 class Band(NamedTuple):
@@ -166,9 +158,7 @@ def test_a_step_with_its_transitions_at_hand() -> None:
         drive, banded = steady(views(chain.K, 45), 0.85), BandedViterbi(chain)
         band = banded.band(0.85)
         steps = [(band, observation) for observation in drive]
-        oracle = DenseChain(n_components=2 * chain.K, algorithm="viterbi")
-        A = dense_transitions(chain, 0.85)
-        oracle.startprob_, oracle.transmat_ = A[chain.K], A
+        oracle = dense_oracle(chain, 0.85)
         samples = np.array([log_likelihoods(observation, chain.K) for observation in drive])
         ours = per_step(lambda t, chain=chain, drive=drive: viterbi(drive[:t], chain))
         bands = per_step(lambda t, banded=banded, steps=steps: banded.decode(steps[:t]))

@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hmmlearn.hmm import CategoricalHMM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import logsumexp
@@ -49,6 +48,8 @@ def test_five_places_and_six_views() -> None:
 @pytest.mark.parametrize("distance", [0.9, 0.0, -0.9])
 def test_they_agree_with_hmmlearn(seed: int, distance: float) -> None:
     """The thesis' hard symbols: the K views and the Lost View; a posterior that is sure, or knows nothing."""
+    from hmmlearn.hmm import CategoricalHMM  # more than half a second, which not every process of a run needs to spend
+
     rng, K, T = np.random.default_rng(seed), 25, 40
     settings = ChainSettings(lost=0.2, kidnap_probability=0.05)
     chain = Chain(np.cumsum(rng.uniform(0.3, 1.5, K)), MOTION, settings)

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from hmmlearn.base import BaseHMM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,7 +11,7 @@ from tests.refseq.chains import (
     THESIS,
     all_paths,
     chain_settings,
-    dense_transitions,
+    dense_oracle,
     drives,
     log_likelihoods,
     paths,
@@ -46,13 +45,6 @@ def test_five_places_and_six_views() -> None:
     assert viterbi(observations, chain).path == np.unravel_index(scores.argmax(), scores.shape)
 
 
-class DenseChain(BaseHMM):
-    """hmmlearn's chain with log-likelihoods as samples."""
-
-    def _compute_log_likelihood(self, X: np.ndarray) -> np.ndarray:
-        return X
-
-
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("distance", [0.9, 0.0, -0.9])
 def test_it_agrees_with_hmmlearn(seed: int, distance: float) -> None:
@@ -60,9 +52,7 @@ def test_it_agrees_with_hmmlearn(seed: int, distance: float) -> None:
     rng, K, T = np.random.default_rng(seed), 30, 25
     chain = Chain(np.cumsum(rng.uniform(0.3, 1.5, K)), MOTION, ChainSettings(lost=0.3, kidnap_probability=0.1))
     observations = [Observation(distance, rng.normal(scale=2, size=K), float(rng.normal())) for _ in range(T)]
-    A = dense_transitions(chain, distance)
-    oracle = DenseChain(n_components=2 * K, algorithm="viterbi")
-    oracle.startprob_, oracle.transmat_ = A[K], A
+    oracle = dense_oracle(chain, distance)
     _, states = oracle.decode(np.array([log_likelihoods(o, K) for o in observations]))
     assert viterbi(observations, chain).path == tuple(states)
 

@@ -29,8 +29,8 @@ from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
 from tests.support import certain, corridor_drive
 
-SHARED = slice(16, 28)
-QUERY = 14
+SHARED = slice(10, 22)
+QUERY = 12
 """Views of the query, all of them beyond those that both drives share."""
 
 
@@ -44,13 +44,13 @@ def write(path: Path, views: Sequence[View]) -> None:
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Maps of the two halves of a drive, which share 12 views, an atlas of them, later drives through the second."""
     folder = tmp_path_factory.mktemp("desk")
-    drive = corridor_drive(np.random.default_rng(1), count=44, size=96)
+    drive = corridor_drive(np.random.default_rng(1), count=36, size=96)
     west = learn(drive[: SHARED.stop], profile=BEST, metadata={"world": "hallway", "route": "west"})
     east = learn(drive[SHARED.start :], profile=BEST, metadata={"world": "hallway", "route": "east"})
     west.save(folder / "west.refseq")
     east.save(folder / "east.refseq")
     merge_maps(named_maps(["west", "east"], [west, east])).map.save(folder / "atlas.refseq")
-    query = corridor_drive(np.random.default_rng(2), count=44, size=96, brightness=0.8)
+    query = corridor_drive(np.random.default_rng(2), count=36, size=96, brightness=0.8)
     write(folder / "query.mcap", query[-QUERY:])
     write(folder / "blind.mcap", [replace(view, images={}) for view in query[-QUERY:]])
     atlas = (folder / "atlas.refseq").read_bytes()

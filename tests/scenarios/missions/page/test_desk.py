@@ -37,9 +37,8 @@ MAP = "offices.refseq"
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Past the first door of the offices, learnt by the laser."""
     folder = tmp_path_factory.mktemp("maps")
-    drive = record(BY_LASER, None, notes="led by itself")
-    views = record(BY_LASER, folder / "offices.mcap").views
-    learn(views, profile=BEST, metadata=drive.metadata).save(folder / MAP)
+    drive = record(BY_LASER, folder / "offices.mcap", notes="led by itself")
+    learn(drive.views, profile=BEST, metadata=drive.metadata).save(folder / MAP)
     return folder
 
 
