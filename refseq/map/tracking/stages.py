@@ -176,7 +176,8 @@ def observed(measured: Measurement, log_ratio: NDArray[np.float64], settings: Ch
 
     A robot whose sensors tell nothing of its way gets lost no more often than the chain has it anyway.
     """
-    carried = max(0.0, float(expit(measured.log_odds_carried(settings.carried))) - settings.carried)
+    more = measured.carried > 0
+    carried = float(expit(measured.log_odds_carried(settings.carried))) - settings.carried if more else 0.0
     return Observation(measured.distance, log_ratio, 0.0, measured.again, carried)
 
 
