@@ -66,7 +66,8 @@ class SensorGuard:
         self._stands_once = map_.profile.motion.stands_once
         by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
         self._asks_noise = by_ratios and map_.profile.log_ratio.usual > 0
-        self._asks_carried = by_ratios and map_.profile.chain.carried > 0
+        # In clutter scans do not follow each other: a laser alone says too often that the robot was carried (0051).
+        self._asks_carried = by_ratios and map_.profile.chain.carried > 0 and bool(self.sensors & self._cameras)
         self.reset()
 
     def reset(self) -> None:

@@ -36,8 +36,8 @@ class Measurement:
     and ``power`` are those of the words' ``LogRatios``, the former with what other blocks brought at the places that
     they were asked about, NaN elsewhere; ``noise`` is that of the view's pictures by camera [grey
     levels]; both where the map's profile asks for usual views. ``carried`` is the log-likelihood ratio of a robot that
-    was carried since the last view against one that came as its odometer tells [nats], where the profile asks for it;
-    0 where nothing tells.
+    was carried since the last view against one that came as its odometer tells [nats], where a camera is asked and
+    the profile asks for it; 0 where nothing tells.
     """
 
     likelihood: NDArray[np.float64]

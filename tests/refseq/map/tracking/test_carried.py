@@ -14,8 +14,9 @@ from refseq.map.matcher import Measurement
 from refseq.map.profile import profile_named
 from refseq.map.tracking.stands import Stands
 from refseq.map.tracking.trackers import tracker_for
+from refseq.planar import Pose
 from refseq.view import View
-from tests.refseq.rooms import bits_drive, bits_sequence
+from tests.refseq.rooms import bits_drive, bits_sequence, cast, rectangle
 
 K = 40
 VIEWS = bits_drive({"camera": np.eye(K, dtype=bool)})
@@ -62,6 +63,15 @@ def test_a_stand_begins_where_the_robot_was_set_down() -> None:
     first, *others = [view(30, 4.0), replace(view(30, 0.0), again=True), replace(view(30, -3.0), again=True)]
     stands.mean([first])
     assert [stands.mean([one])[0].carried for one in others] == [4.0, 4.0]
+
+
+def test_a_laser_alone_is_not_asked() -> None:
+    """Ever other rooms, in which no scan follows the one before."""
+    rng = np.random.default_rng(4)
+    rooms = [cast(rectangle(*rng.uniform(-9, -1, 2), *rng.uniform(1, 9, 2)), Pose(0, 0, 0), rng=rng) for _ in range(9)]
+    drive = [View(float(t), {}, room, 0.5, 0.0) for t, room in enumerate(rooms)]
+    guard = SensorGuard(learn(drive, profile="best"))
+    assert [guard.match(one)[0].carried for one in drive] == [0.0] * 9
 
 
 def test_one_camera_is_enough_to_tell() -> None:
