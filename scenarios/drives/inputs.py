@@ -250,7 +250,7 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
     import numpy as np
 
     from refseq.view import ASSUMED
-    from refseq_bench.scenarios.drives.odometry_doubts import odometry_doubts
+    from refseq_bench.scenarios.drives.odometry_doubts import course_doubts, odometry_doubts
     from refseq_bench.scenarios.drives.truth.fit import check_truth
     from refseq_bench.scenarios.drives.truth.repeated import repeats_odometry
 
@@ -262,6 +262,10 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
     assumed = selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED)
     if assumed:
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
+    # Before the truth is held against it, which may be refused for what is wrong with the odometry.
+    if selection.times is None and plan.views and not assumed:
+        for told in (*odometry_doubts(plan.views, plan.views[0].time), *course_doubts(plan)):
+            _more_by_check(source, told)
     # What beliefs were made of, `localise` has said: it may have been noisy.
     if selection.truth is not None and selection.times is None and not assumed:
         check_truth(plan.views, selection.truth, source.path.name, truth_delay(selection))
@@ -272,12 +276,15 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
             source.path,
         )
     if selection.times is None:
-        doubts = odometry_doubts(plan.views, plan.views[0].time) if plan.views and not assumed else ()
-        for told in (*doubts, *_left_out(plan)):
-            logging.getLogger(__name__).warning("%s: %s; `refseq log check` tells more", source.path, told)
+        for told in _left_out(plan):
+            _more_by_check(source, told)
     if selection.noise_seed is not None:
         plan = plan.with_noise(np.random.default_rng(selection.noise_seed))
     return plan.thinned(selection.thin) if selection.thin else plan
+
+
+def _more_by_check(source: "LogSource", told: str) -> None:
+    logging.getLogger(__name__).warning("%s: %s; `refseq log check` tells more", source.path, told)
 
 
 MUCH = 0.2

@@ -1,5 +1,6 @@
-"""Odometry that no robot has: poses in other units, and poses that jump, as where a program began anew."""
+"""Odometry that no robot has: poses in other units, that jump as where a program began anew, or head elsewhere."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -7,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.trajectories.course import HeadingDoubt, HeadingFault, heading_doubt
 from refseq.view import FASTEST, View
 
 SAME = 0.01
@@ -65,6 +68,35 @@ def odometry_doubts(views: Sequence[View], start: float) -> Iterator[str]:
             f"poses jump by {first.way:.1f} m within {first.seconds:.2f} s at {first.time - start:.1f} s{more}: "
             "read what lies before or behind (--views)"
         )
+
+
+def course_doubts(plan: ViewPlan) -> Iterator[str]:
+    """A sentence for headings that contradict the path of the same poses, over the views planned."""
+    if plan.motion is None or not plan.views:
+        return
+    doubt = heading_doubt(plan.motion.between(plan.views[0].time, plan.views[-1].time))
+    if doubt is not None:
+        yield f"{plan.findings.odometry or plan.findings.truth}: {_of_headings(doubt)}"
+
+
+def _of_headings(doubt: HeadingDoubt) -> str:
+    share, way = f"{100 * doubt.share:.0f} %", f"{doubt.way:.0f} m"
+    match doubt.fault:
+        case HeadingFault.TURNED:
+            side = "right" if doubt.angle > 0 else "left"
+            turned = f"its headings point {abs(math.degrees(doubt.angle)):.0f}° to the {side} of its way"
+            return f"{turned} throughout: a frame that is turned, as a camera's, or a robot that drives sideways"
+        case HeadingFault.MIRRORED if abs(doubt.angle) > math.pi / 4:
+            return "its headings turn against its path: x and y are swapped, or headings are bearings from north"
+        case HeadingFault.MIRRORED:
+            return "its headings turn against its path: they count clockwise, or one axis is mirrored"
+        case HeadingFault.CONSTANT:
+            return f"its heading stays the same while its path of {way} turns: poses without a heading"
+        case HeadingFault.BACKWARD:
+            back = f"by its headings the robot drives straight back over {share} of {way}"
+            return f"{back}: if it does not, they are 180° off"
+        case HeadingFault.ASIDE:
+            return f"{share} of its way of {way} goes aside of its headings, as only a robot that drives sideways does"
 
 
 def _steps(views: Sequence[View]) -> tuple[NDArray[np.float64], ...]:

@@ -69,7 +69,8 @@ class Prospect:
     are not known. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
     of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry. ``late`` sensors, by
     name, have clocks that ``selection`` sets right by so much [s]. ``truth_doubted``: something speaks against the true
-    poses, as the warnings tell. ``units`` is the doubt that odometry is in metres.
+    poses, as the warnings tell. ``units`` is the doubt that odometry is in metres; ``headings_doubted``: its headings
+    contradict its path, as the warnings tell.
     """
 
     path: Path
@@ -85,6 +86,7 @@ class Prospect:
     late: Mapping[str, float] = field(default_factory=dict)
     truth_doubted: bool = False
     units: str = ""
+    headings_doubted: bool = False
 
     @property
     def well(self) -> tuple[str, ...]:
@@ -106,7 +108,9 @@ class Prospect:
 
 def verdicts(prospect: Prospect) -> tuple[LogVerdict, ...]:
     """Judge a log for each of the tasks."""
-    learn, localise = (_by_clocks(prospect, one) for one in (_learn(prospect), _localise(prospect)))
+    learn, localise = (
+        _by_clocks(prospect, _by_headings(prospect, one)) for one in (_learn(prospect), _localise(prospect))
+    )
     return (learn, localise, _score(prospect))
 
 
@@ -117,6 +121,14 @@ def _by_clocks(of: Prospect, verdict: LogVerdict) -> LogVerdict:
     other = any("SECOND" in command for command in verdict.commands)
     more = f", with --late {','.join(late_words(of.late))} as its clocks differ{OF_ANOTHER if other else ''}"
     return replace(verdict, reason=f"{verdict.reason}{more}")
+
+
+def _by_headings(of: Prospect, verdict: LogVerdict) -> LogVerdict:
+    """The verdict, with less where headings contradict the path: ways and turns come out wrong."""
+    if not of.headings_doubted or verdict.usability is Usability.FAILS:
+        return verdict
+    reason = f"the odometry's headings contradict its path, as told under 'look at'; {verdict.reason}"
+    return replace(verdict, usability=Usability.LIMITED, reason=reason)
 
 
 def _learn(of: Prospect) -> LogVerdict:

@@ -254,6 +254,51 @@ def test_odometry_that_began_anew_is_told_and_its_first_part_proposed(tmp_path: 
 
 
 @dataclass(frozen=True)
+class Circling(RobotDrive):
+    """A robot that drives round once, whose odometer counts headings ``count`` times, and from ``turned`` [rad]."""
+
+    count: float = 1.0
+    turned: float = 0.0
+
+    def pose(self, time: float) -> Pose:
+        angle = 2 * math.pi * (time - self.start) / self.seconds
+        return Pose(10.0 + 2.0 * math.sin(angle), -2.0 * math.cos(angle), angle)
+
+    def odometry(self, time: float) -> Pose:
+        true = self.pose(time)
+        return Pose(true.x, true.y, self.count * true.heading + self.turned)
+
+
+@pytest.mark.parametrize(
+    ("count", "turned", "told"),
+    [
+        (-1.0, 0.0, "its headings turn against its path: they count clockwise, or one axis is mirrored"),
+        (-1.0, math.pi / 2, "x and y are swapped, or headings are bearings from north"),
+        (1.0, -math.pi / 2, "its headings point 90° to the right of its way throughout"),
+        (1.0, math.pi, "by its headings the robot drives straight back over 100 % of 12 m"),
+        (0.0, 1.0, "its heading stays the same while its path of 12 m turns"),
+        (1.0, 0.0, ""),
+    ],
+)
+def test_headings_that_contradict_the_path_are_told_by_check_and_by_what_reads_the_drive(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, count: float, turned: float, told: str
+) -> None:
+    setup = RosSetup(truth=None, image_format=None)
+    bag = write_rosbag2(tmp_path / "bag", Circling(seconds=16.0, count=count, turned=turned), setup)
+    found = check_log(bag, DriveSelection())
+    warned = [line for line in found.warnings if "heading" in line]
+    assert len(warned) == bool(told)
+    for verdict in found.verdicts[:2]:
+        assert (verdict.usability is LIMITED, "headings contradict its path" in verdict.reason) == (bool(told),) * 2
+    assert found.travel.length == pytest.approx(4 * math.pi, abs=0.4), "positions tell the way, whatever the headings"
+    read_drive(bag, DriveSelection(thin=0.85))
+    lines = [record.getMessage() for record in caplog.records]
+    assert len(lines) == bool(told)
+    assert all(line.startswith(f"{bag}: topic /odom: ") and told in line for line in lines)
+    assert all(told in line and "a table of time,x,y alone (--odometry FILE)" in line for line in warned)
+
+
+@dataclass(frozen=True)
 class Troubled(RobotDrive):
     """A robot with a laser that is ``blind``, or a camera whose pictures change their size."""
 
