@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from refseq.files import followed, open_input
+from refseq.view import LASER
 from refseq_bench.scenarios.drives.left_out import views_left_out
 from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from refseq.logs.beliefs import LocalisedViews
     from refseq.logs.trajectories import PoseTable
     from refseq.map.map import Map
+    from refseq.view import Scan
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,16 +217,28 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     """
     from refseq.logs import open_log
     from refseq.logs.closing import incomplete, noted_damage
+    from refseq.logs.scans import range_doubt
 
     source = open_log(path)
     plan = thinned_drive(source, selection)
     if sensors is not None and set(sensors) <= set(plan.findings.sensors.values()):
         plan = plan.seen_by(sensors)
     recording = plan.recording()
+    if selection.times is None and (told := range_doubt(_some_scans(recording))):
+        _more_by_check(source, f"{LASER}: {told}")
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
     return replace(
         recording, metadata={**recording.metadata, **origin_notes(selection), **unwhole, **views_left_out(recording)}
     )
+
+
+FEW = 8
+"""Scans, spread over a drive, that tell of its unit."""
+
+
+def _some_scans(recording: "Recording") -> "list[Scan]":
+    scans = [view.scan for view in recording.views if view.scan is not None]
+    return scans[:: max(1, len(scans) // FEW)]
 
 
 def origin_notes(selection: DriveSelection) -> dict[str, str]:

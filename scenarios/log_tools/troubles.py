@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from refseq.errors import LogError
 from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.scans import range_doubt
 from refseq_bench.scenarios.log_tools.survey import KEPT, LogSurvey, TopicSurvey, pictures_of, scans_of
 
 
@@ -20,7 +21,8 @@ def troubles_of(found: LogSurvey, plan: ViewPlan | None) -> Mapping[str, str]:
 
 def _trouble(topic: TopicSurvey, found: LogSurvey) -> str:
     if scans := scans_of(topic):
-        return "" if any(scan.returned.any() for scan in scans) else f"no beam came back in {len(scans)} scans"
+        seeing = any(scan.returned.any() for scan in scans)
+        return range_doubt(scans) if seeing else f"no beam came back in {len(scans)} scans"
     sizes = set()
     for time, picture in pictures_of(topic, KEPT):
         try:

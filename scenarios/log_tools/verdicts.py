@@ -167,14 +167,15 @@ def _localise(of: Prospect) -> LogVerdict:
     if of.length < SHORT:
         reason = f"in a map of another drive; {_hardly_moves(of, of.plan)}"
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "in a map"))
+    usability, trouble = (Usability.LIMITED, f"{of.trouble}; ") if of.troubles else (Usability.WORKS, "")
     if split := _split(of, of.plan):
         reason = (
-            f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest, "
+            f"{trouble}{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest, "
             f"{split.on_map} of whose {split.asked} views are on that map"
         )
-        return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split.cut))
-    reason = "in a map of another drive along the same path"
-    return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+        return LogVerdict("localise", usability, reason, _commands(of, "localise", split.cut))
+    reason = f"{trouble}in a map of another drive along the same path"
+    return LogVerdict("localise", usability, reason, _commands(of, "localise"))
 
 
 def _units(of: Prospect) -> str:

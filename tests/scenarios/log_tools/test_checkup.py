@@ -298,16 +298,26 @@ def test_headings_that_contradict_the_path_are_told_by_check_and_by_what_reads_t
     assert all(told in line and "a table of time,x,y alone (--odometry FILE)" in line for line in warned)
 
 
+class FarSeeing(RosMessages):
+    """Messages of a laser that declares a range of 80 km."""
+
+    def _scan(self, time: float) -> Any:
+        scan = super()._scan(time)
+        scan.range_max = 80_000.0
+        return scan
+
+
 @dataclass(frozen=True)
 class Troubled(RobotDrive):
-    """A robot with a laser that is ``blind``, or a camera whose pictures change their size."""
+    """A robot with a laser that is ``blind`` or tells ranges in another ``unit`` [m], or pictures that change size."""
 
     blind: bool = False
     changing: bool = False
+    unit: float = 1.0
 
     def ranges(self, time: float, bearings: NDArray[np.float64], mount: Pose = HERE) -> NDArray[np.float32]:
         found = super().ranges(time, bearings, mount)
-        return np.full_like(found, np.inf) if self.blind else found
+        return np.full_like(found, np.inf) if self.blind else found / np.float32(self.unit)
 
     def picture(self, time: float) -> NDArray[np.uint8]:
         found, later = super().picture(time), time > self.start + self.seconds / 2
@@ -340,6 +350,24 @@ def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
     assert len(learn_map(views, sensors=[well])) == len(views) > 8
     with pytest.raises(RefseqError):
         learn_map(read_drive(bag, DriveSelection(thin=0.85)).views)
+
+
+@pytest.mark.parametrize("image_format", ["png", None])
+def test_a_laser_in_millimetres_is_not_learnt_and_told_where_it_is(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, image_format: str | None
+) -> None:
+    setup = RosSetup(image_format=image_format)
+    bag = write_rosbag2(tmp_path / "bag", Troubled(seconds=12.0, unit=1e-3), setup, made_by=FarSeeing)
+    found = check_log(bag, DriveSelection())
+    for verdict in found.verdicts[:2]:
+        assert re.match(r"laser: half of its ranges are beyond \d+ m: are they in metres\?", verdict.reason)
+        assert verdict.usability is (LIMITED if image_format else FAILS)
+        assert all(" --sensors camera " in command for command in verdict.commands)
+    assert found.usable is bool(image_format)
+    read_drive(bag, DriveSelection(thin=0.85), ["camera"] if image_format else None)
+    assert len(caplog.records) == (0 if image_format else 1)
+    read_drive(bag, DriveSelection(thin=0.85))
+    assert "laser: half of its ranges are beyond" in caplog.records[-1].getMessage()
 
 
 def picture_folder(folder: Path, per_second: float, count: int = 40) -> Path:
