@@ -14,7 +14,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from refseq.files import followed, open_input
-from refseq.view import LASER
 from refseq_bench.scenarios.drives.left_out import views_left_out
 from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
@@ -218,6 +217,7 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     from refseq.logs import open_log
     from refseq.logs.closing import incomplete, noted_damage
     from refseq.logs.scans import range_doubt
+    from refseq.view import LASER
 
     source = open_log(path)
     plan = thinned_drive(source, selection)

@@ -170,8 +170,8 @@ def _localise(of: Prospect) -> LogVerdict:
     usability, trouble = (Usability.LIMITED, f"{of.trouble}; ") if of.troubles else (Usability.WORKS, "")
     if split := _split(of, of.plan):
         reason = (
-            f"{trouble}{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest, "
-            f"{split.on_map} of whose {split.asked} views are on that map"
+            f"{trouble}{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the "
+            f"rest, {split.on_map} of whose {split.asked} views are on that map"
         )
         return LogVerdict("localise", usability, reason, _commands(of, "localise", split.cut))
     reason = f"{trouble}in a map of another drive along the same path"
