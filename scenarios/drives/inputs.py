@@ -5,6 +5,7 @@ import hashlib
 import logging
 import math
 import os
+import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -249,14 +250,34 @@ def origin_notes(selection: DriveSelection) -> dict[str, str]:
 
 def load_map(path: Path) -> "Map":
     """Load a map, and tell of drives that ended before their time. Raises ``MapError``."""
+    from refseq.errors import MapError
     from refseq.logs.closing import noted_damage
     from refseq.map.map import Map
 
-    map_ = Map.load(path)
+    try:
+        map_ = Map.load(path)
+    except MapError as error:
+        if kind := _kind_of_log(path):
+            raise ScenarioError(
+                f"{path}: is a log ({kind}), no map; valid is a map (.refseq): is it in the log's place?"
+            ) from error
+        raise
     for name, sequence in zip(map_.names, map_.sequences, strict=True):
         if damage := noted_damage(sequence.metadata):
             logging.getLogger(__name__).warning("%s: %s was learnt from an incomplete drive (%s)", path, name, damage)
     return map_
+
+
+def _kind_of_log(path: Path) -> str:
+    """The kind of a log that views could be made of; empty for anything else, as any text may be a CARMEN log."""
+    from refseq.errors import LogError
+    from refseq.logs import Role, open_log
+
+    try:
+        source = open_log(path)
+        return source.kind if any(one.role in (Role.CAMERA, Role.LASER) for one in source.channels) else ""
+    except LogError:
+        return ""
 
 
 def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewPlan":
@@ -326,7 +347,7 @@ def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewP
     from refseq_bench.scenarios.drives.selection import stretch
 
     if selection.thin is not None and not math.isfinite(selection.thin):
-        raise ScenarioError(f"thin {selection.thin} is not valid; it should be a number of metres, 0 or more")
+        raise ScenarioError(f"thin {selection.thin} is not valid; valid is a finite number of 0 or more [METRES]")
     plan = plan_views(source, pairing_options(selection))
     if selection.times is not None:
         return plan.at(selection.times)
@@ -340,7 +361,7 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
 
     tolerance = selection.tolerance
     if tolerance is not None and not 0 <= tolerance < math.inf:
-        raise ScenarioError(f"tolerance {tolerance} is not valid; it should be a number of seconds, 0 or more")
+        raise ScenarioError(f"tolerance {tolerance} is not valid; valid is a finite number of 0 or more [SECONDS]")
     return PairingOptions(
         names=names_by_topic(assignments(words(selection.topics, "topics"), "topics")),
         tolerance=tolerance,
@@ -352,7 +373,13 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
 
 def delays(selection: DriveSelection) -> dict[str, float]:
     """Names of sensors, or ``truth``, and by how much their stamps are late [s], as a selection tells."""
+    if written := DECIMAL_COMMA.search(selection.late or ""):
+        raise ScenarioError(f"late {written[1]!r} has a decimal comma; valid are decimal points, as laser=0.12 [s]")
     return {name: _seconds(text) for name, text in assignments(words(selection.late, "late"), "late").items()}
+
+
+DECIMAL_COMMA = re.compile(r"=([+-]?\d+,\d+)(?=,|$)")
+"""A delay with one: behind a comma that parts two sensors stands a name."""
 
 
 def truth_delay(selection: DriveSelection) -> float:
@@ -363,10 +390,15 @@ def truth_delay(selection: DriveSelection) -> float:
 
 
 def _seconds(text: str) -> float:
+    from refseq.limits import SECONDS
+
     try:
-        return float(text)
+        late = float(text)
     except ValueError:
         raise ScenarioError(f"late {text!r} is no number; valid are pairs as laser=0.12 [s]") from None
+    if not abs(late) <= SECONDS:
+        raise ScenarioError(f"late {text!r} is not valid; valid are numbers up to {int(SECONDS)} either way [SECONDS]")
+    return late
 
 
 def _poses_of(asked: str | None, what: str) -> "str | PoseTable | None":
