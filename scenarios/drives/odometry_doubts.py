@@ -24,12 +24,16 @@ STANDS, SOBER = 0.05, 2.0
 
 
 class OdometryJump(NamedTuple):
-    """A step of ``way`` [m] within ``seconds`` to view ``view``, counted before thinning, at ``time`` [s]."""
+    """A step of ``way`` [m] within ``seconds`` to view ``view``, counted before thinning, at ``time`` [s].
+
+    ``steps`` are more than one where a view lies within the jump: its pose is one between both sides.
+    """
 
     view: int
     way: float
     seconds: float
     time: float
+    steps: int = 1
 
 
 def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
@@ -37,15 +41,24 @@ def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
     times, ways, lasts, speeds = _steps(views)
     moving = speeds[speeds > STANDS]
     usual = float(np.percentile(moving, USUAL)) if len(moving) >= FEWEST else np.inf
-    jumped = np.flatnonzero(speeds > np.where(ways > JUMP, np.clip(FASTER * usual, SOBER, FASTEST), FASTEST))
-    if 2 * len(jumped) > len(speeds):
+    fast = speeds > np.clip(FASTER * usual, SOBER, FASTEST)
+    jumped = (fast & (ways > JUMP)) | (speeds > FASTEST)
+    if 2 * jumped.sum() > len(speeds):
         return []
-    return [OdometryJump(int(k) + 1, float(ways[k]), float(lasts[k]), float(times[k])) for k in jumped]
+    found, over = [], 0
+    for k in np.flatnonzero(jumped).tolist():
+        begin = k - 1 if k > over and fast[k - 1] and not jumped[k - 1] else k
+        over = k + 2 if k + 1 < len(fast) and fast[k + 1] and not jumped[k + 1] else k + 1
+        step = slice(begin, over)
+        found.append(
+            OdometryJump(over, float(ways[step].sum()), float(lasts[step].sum()), float(times[begin]), over - begin)
+        )
+    return found
 
 
 def without_jumps(views: Sequence[View]) -> list[View]:
     """The same views, at rest on each step that jumped: the robot was carried nowhere, its odometry began anew."""
-    jumped = {jump.view for jump in odometry_jumps(views)}
+    jumped = {view for jump in odometry_jumps(views) for view in range(jump.view - jump.steps + 1, jump.view + 1)}
     return [replace(view, distance=0.0, turn=0.0) if k in jumped else view for k, view in enumerate(views)]
 
 

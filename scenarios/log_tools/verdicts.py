@@ -6,7 +6,6 @@ import string
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -167,7 +166,9 @@ def _localise(of: Prospect) -> LogVerdict:
     if of.length < SHORT:
         reason = f"in a map of another drive; {_hardly_moves(of, of.plan)}"
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "in a map"))
-    usability, trouble = (Usability.LIMITED, f"{of.trouble}; ") if of.troubles else (Usability.WORKS, "")
+    jumps = "the odometry jumps, where the robot seems to have been carried; " if of.jumps else ""
+    trouble = f"{of.trouble}; {jumps}" if of.troubles else jumps
+    usability = Usability.LIMITED if trouble else Usability.WORKS
     if split := _split(of, of.plan):
         reason = (
             f"{trouble}{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the "
@@ -184,10 +185,12 @@ def _units(of: Prospect) -> str:
 
 def _longest(plan: ViewPlan, jumps: Sequence[OdometryJump]) -> str:
     """The longest stretch between jumps, as an option."""
-    ends = [0, *(jump.view for jump in jumps), len(plan)]
-    ways = [sum(abs(view.distance) for view in plan.views[low + 1 : high]) for low, high in pairwise(ends)]
-    longest = int(np.argmax(ways))
-    return f"--views {ends[longest]}:{ends[longest + 1]}"
+    begins = [0, *(jump.view for jump in jumps)]
+    ends = [*(jump.view - jump.steps + 1 for jump in jumps), len(plan)]
+    stretches = list(zip(begins, ends, strict=True))
+    ways = [sum(abs(view.distance) for view in plan.views[low + 1 : high]) for low, high in stretches]
+    low, high = stretches[int(np.argmax(ways))]
+    return f"--views {low}:{high}"
 
 
 def _hardly_moves(of: Prospect, plan: ViewPlan) -> str:

@@ -251,6 +251,7 @@ def test_odometry_that_began_anew_is_told_and_its_first_part_proposed(tmp_path: 
     before = read_drive(bag, DriveSelection(views=words[words.index("--views") + 1]))
     assert max(abs(view.distance) for view in before.views) < 1.0
     assert sum(view.distance for view in before.views) == pytest.approx(12.8, abs=0.3)
+    assert (localise.usability, "the odometry jumps" in localise.reason) == (LIMITED, True)
 
 
 @dataclass(frozen=True)
