@@ -146,7 +146,11 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
         clocks=clocks,
         cost=cost,
         taken={topic.name: taken_as(topic, plan) for topic in found.topics},
-        warnings=(*([f"{course}. {HEADED}"] if course else ()), *doubts, *warnings_of(found, plan, clocks)),
+        warnings=(
+            *([f"{course}. {HEADED}"] if course else ()),
+            *doubts,
+            *warnings_of(found, plan, clocks),
+        ),
         verdicts=verdicts(prospect),
     )
 

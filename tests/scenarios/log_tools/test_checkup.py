@@ -299,6 +299,17 @@ def test_headings_that_contradict_the_path_are_told_by_check_and_by_what_reads_t
     assert all(told in line and "a table of time,x,y alone (--odometry FILE)" in line for line in warned)
 
 
+@pytest.mark.parametrize("grey", [0, 128])
+def test_a_camera_alone_that_sees_nothing_does_not_work(tmp_path: Path, grey: int) -> None:
+    """The table and all else are told as of any log: it was an error without the file's name."""
+    bag = write_rosbag2(tmp_path / "bag", Troubled(seconds=12.0, grey=grey), RosSetup(scans=False))
+    found = check_log(bag, DriveSelection())
+    told = f"camera: its pictures are of one grey level, {grey} of 255: it sees nothing"
+    assert [(one.usability, one.reason) for one in found.verdicts[:2]] == 2 * [(FAILS, told)]
+    assert found.cost is None
+    assert not found.usable
+
+
 class FarSeeing(RosMessages):
     """Messages of a laser that declares a range of 80 km."""
 
@@ -314,6 +325,7 @@ class Troubled(RobotDrive):
 
     blind: bool = False
     changing: bool = False
+    grey: int | None = None
     unit: float = 1.0
 
     def ranges(self, time: float, bearings: NDArray[np.float64], mount: Pose = HERE) -> NDArray[np.float32]:
@@ -322,6 +334,8 @@ class Troubled(RobotDrive):
 
     def picture(self, time: float) -> NDArray[np.uint8]:
         found, later = super().picture(time), time > self.start + self.seconds / 2
+        if self.grey is not None:
+            return np.full_like(found, self.grey)
         return np.tile(found, (2, 2)) if self.changing and later else found
 
 
@@ -336,6 +350,13 @@ class Troubled(RobotDrive):
             "laser",
         ),
         (DRIVE, "mono7", "'mono7'", "laser"),
+        (
+            Troubled(seconds=12.0, grey=0),
+            "png",
+            "camera: its pictures are of one grey level, 0 of 255: it sees",
+            "laser",
+        ),
+        (Troubled(seconds=12.0, grey=128), "jpeg", "its pictures are of one grey level, 128 of 255", "laser"),
     ],
 )
 def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
@@ -349,6 +370,8 @@ def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
     assert f" --sensors {well} " in learn.commands[0]
     views = read_drive(bag, DriveSelection(thin=0.85), [well]).views
     assert len(learn_map(views, sensors=[well])) == len(views) > 8
+    if isinstance(drive, Troubled) and drive.grey is not None:
+        return  # a map is learnt of what the laser saw
     with pytest.raises(RefseqError):
         learn_map(read_drive(bag, DriveSelection(thin=0.85)).views)
 
