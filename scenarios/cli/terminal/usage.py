@@ -71,7 +71,8 @@ class BenchCommand(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """As Typer's. Raises ``UsageError`` for an empty path, which would stand for the folder that one is in."""
         given, *_ = self.make_parser(ctx).parse_args(args=list(args))
-        for parameter in self.params:
+        parameters: list[Any] = list(self.params)
+        for parameter in parameters:
             values = given.get(str(parameter.name))
             if _is_path(parameter) and "" in ([values] if isinstance(values, str) else values or ()):
                 told = "'' is no name; valid is that of a file or folder: is a variable of the shell not set?"
