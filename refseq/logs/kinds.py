@@ -88,6 +88,8 @@ def open_log(path: Path | str) -> LogSource:
         head = file.read(4096)
     if not head.strip():
         raise LogError(f"{path}: is empty; {valid}")
+    if head.startswith(b"PK\3\4") and b"map.json" in head:
+        raise LogError(f"{path}: is a map (.refseq), no log; {valid}")
     if head[4:8] == b"ftyp" or head.startswith((b"\x1aE\xdf\xa3", b"RIFF")):
         raise LogError(f"{path}: is a video; valid is a folder of its pictures, as ffmpeg -i writes them")
     raise LogError(f"{path}: is neither MCAP (its magic bytes are missing) nor text; {valid}")

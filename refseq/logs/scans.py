@@ -1,7 +1,7 @@
 """Laser scans of any make, brought to one form: counter-clockwise, metres, ``inf`` where nothing came back."""
 
 import math
-from collections.abc import Sized
+from collections.abc import Iterable, Sized
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,17 @@ def scan_of(
     with np.errstate(invalid="ignore"):
         seen[~((seen > max(0.0, min_range)) & (seen < (np.inf if reach is None else reach)))] = np.inf
     return facing(Scan(seen, start, step) if reach is None else Scan(seen, start, step, reach))
+
+
+FARTHEST = 250.0
+"""No laser has half of its ranges beyond [m]."""
+
+
+def range_doubt(scans: Iterable[Scan]) -> str:
+    """A sentence for ranges that are no laser's in metres; empty for others."""
+    ranges = np.concatenate([np.zeros(0), *(scan.ranges[scan.returned] for scan in scans)])
+    usual = float(np.median(ranges)) if len(ranges) else 0.0
+    return f"half of its ranges are beyond {usual:.0f} m: are they in metres?" if usual > FARTHEST else ""
 
 
 def mounted(scan: Scan, mount: Mount | None) -> Scan:

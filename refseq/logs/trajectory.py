@@ -38,6 +38,11 @@ class Trajectory:
         """The same poses, each so much earlier [s]."""
         return Trajectory(self.times - seconds, self.poses) if seconds else self
 
+    def between(self, begin: float, end: float) -> "Trajectory":
+        """The poses from ``begin`` to ``end`` [s], both among them."""
+        within = (self.times >= begin) & (self.times <= end)
+        return Trajectory(self.times[within], self.poses[within])
+
     def at(self, times: ArrayLike, reach: float = 0.0) -> NDArray[np.float64]:
         """Poses at other ``times``, (m, 3); NaN where the trajectory says nothing.
 

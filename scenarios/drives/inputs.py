@@ -5,6 +5,7 @@ import hashlib
 import logging
 import math
 import os
+import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from refseq.logs.beliefs import LocalisedViews
     from refseq.logs.trajectories import PoseTable
     from refseq.map.map import Map
+    from refseq.view import Scan
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,16 +217,29 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     """
     from refseq.logs import open_log
     from refseq.logs.closing import incomplete, noted_damage
+    from refseq.logs.scans import range_doubt
+    from refseq.view import LASER
 
     source = open_log(path)
     plan = thinned_drive(source, selection)
     if sensors is not None and set(sensors) <= set(plan.findings.sensors.values()):
         plan = plan.seen_by(sensors)
     recording = plan.recording()
+    if selection.times is None and (told := range_doubt(_some_scans(recording))):
+        _more_by_check(source, f"{LASER}: {told}")
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
     return replace(
         recording, metadata={**recording.metadata, **origin_notes(selection), **unwhole, **views_left_out(recording)}
     )
+
+
+FEW = 8
+"""Scans, spread over a drive, that tell of its unit."""
+
+
+def _some_scans(recording: "Recording") -> "list[Scan]":
+    scans = [view.scan for view in recording.views if view.scan is not None]
+    return scans[:: max(1, len(scans) // FEW)]
 
 
 def origin_notes(selection: DriveSelection) -> dict[str, str]:
@@ -235,14 +250,34 @@ def origin_notes(selection: DriveSelection) -> dict[str, str]:
 
 def load_map(path: Path) -> "Map":
     """Load a map, and tell of drives that ended before their time. Raises ``MapError``."""
+    from refseq.errors import MapError
     from refseq.logs.closing import noted_damage
     from refseq.map.map import Map
 
-    map_ = Map.load(path)
+    try:
+        map_ = Map.load(path)
+    except MapError as error:
+        if kind := _kind_of_log(path):
+            raise ScenarioError(
+                f"{path}: is a log ({kind}), no map; valid is a map (.refseq): is it in the log's place?"
+            ) from error
+        raise
     for name, sequence in zip(map_.names, map_.sequences, strict=True):
         if damage := noted_damage(sequence.metadata):
             logging.getLogger(__name__).warning("%s: %s was learnt from an incomplete drive (%s)", path, name, damage)
     return map_
+
+
+def _kind_of_log(path: Path) -> str:
+    """The kind of a log that views could be made of; empty for anything else, as any text may be a CARMEN log."""
+    from refseq.errors import LogError
+    from refseq.logs import Role, open_log
+
+    try:
+        source = open_log(path)
+        return source.kind if any(one.role in (Role.CAMERA, Role.LASER) for one in source.channels) else ""
+    except LogError:
+        return ""
 
 
 def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewPlan":
@@ -250,7 +285,7 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
     import numpy as np
 
     from refseq.view import ASSUMED
-    from refseq_bench.scenarios.drives.odometry_doubts import odometry_doubts
+    from refseq_bench.scenarios.drives.odometry_doubts import course_doubts, odometry_doubts
     from refseq_bench.scenarios.drives.truth.fit import check_truth
     from refseq_bench.scenarios.drives.truth.repeated import repeats_odometry
 
@@ -262,6 +297,10 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
     assumed = selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED)
     if assumed:
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
+    # Before the truth is held against it, which may be refused for what is wrong with the odometry.
+    if selection.times is None and plan.views and not assumed:
+        for told in (*odometry_doubts(plan.views, plan.views[0].time), *course_doubts(plan)):
+            _more_by_check(source, told)
     # What beliefs were made of, `localise` has said: it may have been noisy.
     if selection.truth is not None and selection.times is None and not assumed:
         check_truth(plan.views, selection.truth, source.path.name, truth_delay(selection))
@@ -272,12 +311,15 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
             source.path,
         )
     if selection.times is None:
-        doubts = odometry_doubts(plan.views, plan.views[0].time) if plan.views and not assumed else ()
-        for told in (*doubts, *_left_out(plan)):
-            logging.getLogger(__name__).warning("%s: %s; `refseq log check` tells more", source.path, told)
+        for told in _left_out(plan):
+            _more_by_check(source, told)
     if selection.noise_seed is not None:
         plan = plan.with_noise(np.random.default_rng(selection.noise_seed))
     return plan.thinned(selection.thin) if selection.thin else plan
+
+
+def _more_by_check(source: "LogSource", told: str) -> None:
+    logging.getLogger(__name__).warning("%s: %s; `refseq log check` tells more", source.path, told)
 
 
 MUCH = 0.2
@@ -305,7 +347,7 @@ def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewP
     from refseq_bench.scenarios.drives.selection import stretch
 
     if selection.thin is not None and not math.isfinite(selection.thin):
-        raise ScenarioError(f"thin {selection.thin} is not valid; it should be a number of metres, 0 or more")
+        raise ScenarioError(f"thin {selection.thin} is not valid; valid is a finite number of 0 or more [METRES]")
     plan = plan_views(source, pairing_options(selection))
     if selection.times is not None:
         return plan.at(selection.times)
@@ -319,7 +361,7 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
 
     tolerance = selection.tolerance
     if tolerance is not None and not 0 <= tolerance < math.inf:
-        raise ScenarioError(f"tolerance {tolerance} is not valid; it should be a number of seconds, 0 or more")
+        raise ScenarioError(f"tolerance {tolerance} is not valid; valid is a finite number of 0 or more [SECONDS]")
     return PairingOptions(
         names=names_by_topic(assignments(words(selection.topics, "topics"), "topics")),
         tolerance=tolerance,
@@ -331,7 +373,13 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
 
 def delays(selection: DriveSelection) -> dict[str, float]:
     """Names of sensors, or ``truth``, and by how much their stamps are late [s], as a selection tells."""
+    if written := DECIMAL_COMMA.search(selection.late or ""):
+        raise ScenarioError(f"late {written[1]!r} has a decimal comma; valid are decimal points, as laser=0.12 [s]")
     return {name: _seconds(text) for name, text in assignments(words(selection.late, "late"), "late").items()}
+
+
+DECIMAL_COMMA = re.compile(r"=([+-]?\d+,\d+)(?=,|$)")
+"""A delay with one: behind a comma that parts two sensors stands a name."""
 
 
 def truth_delay(selection: DriveSelection) -> float:
@@ -342,10 +390,15 @@ def truth_delay(selection: DriveSelection) -> float:
 
 
 def _seconds(text: str) -> float:
+    from refseq.limits import SECONDS
+
     try:
-        return float(text)
+        late = float(text)
     except ValueError:
         raise ScenarioError(f"late {text!r} is no number; valid are pairs as laser=0.12 [s]") from None
+    if not abs(late) <= SECONDS:
+        raise ScenarioError(f"late {text!r} is not valid; valid are numbers up to {int(SECONDS)} either way [SECONDS]")
+    return late
 
 
 def _poses_of(asked: str | None, what: str) -> "str | PoseTable | None":

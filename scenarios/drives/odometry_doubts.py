@@ -1,5 +1,6 @@
-"""Odometry that no robot has: poses in other units, and poses that jump, as where a program began anew."""
+"""Odometry that no robot has: poses in other units, that jump as where a program began anew, or head elsewhere."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -7,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.trajectories.course import HeadingDoubt, HeadingFault, heading_doubt
 from refseq.view import FASTEST, View
 
 SAME = 0.01
@@ -21,12 +24,16 @@ STANDS, SOBER = 0.05, 2.0
 
 
 class OdometryJump(NamedTuple):
-    """A step of ``way`` [m] within ``seconds`` to view ``view``, counted before thinning, at ``time`` [s]."""
+    """A step of ``way`` [m] within ``seconds`` to view ``view``, counted before thinning, at ``time`` [s].
+
+    ``steps`` are more than one where a view lies within the jump: its pose is one between both sides.
+    """
 
     view: int
     way: float
     seconds: float
     time: float
+    steps: int = 1
 
 
 def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
@@ -34,15 +41,24 @@ def odometry_jumps(views: Sequence[View]) -> list[OdometryJump]:
     times, ways, lasts, speeds = _steps(views)
     moving = speeds[speeds > STANDS]
     usual = float(np.percentile(moving, USUAL)) if len(moving) >= FEWEST else np.inf
-    jumped = np.flatnonzero(speeds > np.where(ways > JUMP, np.clip(FASTER * usual, SOBER, FASTEST), FASTEST))
-    if 2 * len(jumped) > len(speeds):
+    fast = speeds > np.clip(FASTER * usual, SOBER, FASTEST)
+    jumped = (fast & (ways > JUMP)) | (speeds > FASTEST)
+    if 2 * jumped.sum() > len(speeds):
         return []
-    return [OdometryJump(int(k) + 1, float(ways[k]), float(lasts[k]), float(times[k])) for k in jumped]
+    found, over = [], 0
+    for k in np.flatnonzero(jumped).tolist():
+        begin = k - 1 if k > over and fast[k - 1] and not jumped[k - 1] else k
+        over = k + 2 if k + 1 < len(fast) and fast[k + 1] and not jumped[k + 1] else k + 1
+        step = slice(begin, over)
+        found.append(
+            OdometryJump(over, float(ways[step].sum()), float(lasts[step].sum()), float(times[begin]), over - begin)
+        )
+    return found
 
 
 def without_jumps(views: Sequence[View]) -> list[View]:
     """The same views, at rest on each step that jumped: the robot was carried nowhere, its odometry began anew."""
-    jumped = {jump.view for jump in odometry_jumps(views)}
+    jumped = {view for jump in odometry_jumps(views) for view in range(jump.view - jump.steps + 1, jump.view + 1)}
     return [replace(view, distance=0.0, turn=0.0) if k in jumped else view for k, view in enumerate(views)]
 
 
@@ -65,6 +81,35 @@ def odometry_doubts(views: Sequence[View], start: float) -> Iterator[str]:
             f"poses jump by {first.way:.1f} m within {first.seconds:.2f} s at {first.time - start:.1f} s{more}: "
             "read what lies before or behind (--views)"
         )
+
+
+def course_doubts(plan: ViewPlan) -> Iterator[str]:
+    """A sentence for headings that contradict the path of the same poses, over the views planned."""
+    if plan.motion is None or not plan.views:
+        return
+    doubt = heading_doubt(plan.motion.between(plan.views[0].time, plan.views[-1].time))
+    if doubt is not None:
+        yield f"{plan.findings.odometry or plan.findings.truth}: {_of_headings(doubt)}"
+
+
+def _of_headings(doubt: HeadingDoubt) -> str:
+    share, way = f"{100 * doubt.share:.0f} %", f"{doubt.way:.0f} m"
+    match doubt.fault:
+        case HeadingFault.TURNED:
+            side = "right" if doubt.angle > 0 else "left"
+            turned = f"its headings point {abs(math.degrees(doubt.angle)):.0f}° to the {side} of its way"
+            return f"{turned} throughout: a frame that is turned, as a camera's, or a robot that drives sideways"
+        case HeadingFault.MIRRORED if abs(doubt.angle) > math.pi / 4:
+            return "its headings turn against its path: x and y are swapped, or headings are bearings from north"
+        case HeadingFault.MIRRORED:
+            return "its headings turn against its path: they count clockwise, or one axis is mirrored"
+        case HeadingFault.CONSTANT:
+            return f"its heading stays the same while its path of {way} turns: poses without a heading"
+        case HeadingFault.BACKWARD:
+            back = f"by its headings the robot drives straight back over {share} of {way}"
+            return f"{back}: if it does not, they are 180° off"
+        case HeadingFault.ASIDE:
+            return f"{share} of its way of {way} goes aside of its headings, as only a robot that drives sideways does"
 
 
 def _steps(views: Sequence[View]) -> tuple[NDArray[np.float64], ...]:

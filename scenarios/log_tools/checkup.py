@@ -15,7 +15,12 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection, truth_delay
-from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, speed_doubt, without_jumps
+from refseq_bench.scenarios.drives.odometry_doubts import (
+    course_doubts,
+    odometry_jumps,
+    speed_doubt,
+    without_jumps,
+)
 from refseq_bench.scenarios.drives.truth.fit import truth_doubt
 from refseq_bench.scenarios.drives.truth.repeated import repeats_odometry
 from refseq_bench.scenarios.errors import ScenarioError
@@ -44,6 +49,12 @@ USUAL_SPACING = 0.85
 DENSE = 0.5
 """Views nearer to each other than this, on average, are thinned unless the user says otherwise [m]."""
 
+
+HEADED = (
+    "Headings count from the x axis to the left, and point ahead; a table of time,x,y alone (--odometry FILE) takes "
+    "those of the way driven"
+)
+"""Said where the odometry's headings are not believed."""
 
 MOST = 0.5
 """Share of the views whose true poses are known from which on revisits are told by them."""
@@ -93,7 +104,11 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     if selection.thin is None and plan is not None and motion_origin(plan.findings) and _spacing(plan) < DENSE:
         selection = replace(selection, thin=USUAL_SPACING)
     kept = plan.thinned(selection.thin) if plan and selection.thin else plan
-    way, true = _way(plan), positions([view.truth for view in plan.views if view.truth] if plan else [])
+    course = "" if plan is None or is_assumed(plan) else next(course_doubts(plan), "")
+    way, true = (
+        _way(plan, by_poses=bool(course)),
+        positions([view.truth for view in plan.views if view.truth] if plan else []),
+    )
     views = len(kept) if kept else 0
     troubles = troubles_of(found, plan)
     cost = expected_cost([] if plan is None else _sample_views(found, plan, troubles), views, PROFILE)
@@ -117,6 +132,7 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
         late,
         truth_doubted=bool(doubts),
         units=_units(plan),
+        headings_doubted=bool(course),
     )
     return LogCheckup(
         survey=found,
@@ -130,7 +146,11 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
         clocks=clocks,
         cost=cost,
         taken={topic.name: taken_as(topic, plan) for topic in found.topics},
-        warnings=(*doubts, *warnings_of(found, plan, clocks)),
+        warnings=(
+            *([f"{course}. {HEADED}"] if course else ()),
+            *doubts,
+            *warnings_of(found, plan, clocks),
+        ),
         verdicts=verdicts(prospect),
     )
 
@@ -167,8 +187,14 @@ def _spacing(plan: ViewPlan) -> float:
     return sum(abs(view.distance) for view in without_jumps(plan.views)) / max(1, len(plan) - 1)
 
 
-def _way(plan: ViewPlan | None) -> NDArray[np.float64]:
-    """Poses of the views by odometry, from the first true pose or the origin on, (n, 3); its jumps are no way."""
+def _way(plan: ViewPlan | None, *, by_poses: bool) -> NDArray[np.float64]:
+    """Poses of the views by odometry, from the first true pose or the origin on, (n, 3); its jumps are no way.
+
+    ``by_poses``: as the log has them, whose headings are not believed.
+    """
+    if by_poses and plan is not None and plan.motion is not None:
+        poses = plan.motion.at([view.time for view in plan.views])
+        return poses[np.isfinite(poses).all(axis=1)]
     views = without_jumps(plan.views) if plan and motion_origin(plan.findings) else ()
     return dead_reckoned(views, views[0].truth if views else None)
 

@@ -6,7 +6,6 @@ import string
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +68,8 @@ class Prospect:
     are not known. ``truth_is_odometry``: both are the same path, told twice. ``troubles`` are those
     of sensors that cannot be learnt, by name (``troubles_of``), ``jumps`` those of the odometry. ``late`` sensors, by
     name, have clocks that ``selection`` sets right by so much [s]. ``truth_doubted``: something speaks against the true
-    poses, as the warnings tell. ``units`` is the doubt that odometry is in metres.
+    poses, as the warnings tell. ``units`` is the doubt that odometry is in metres; ``headings_doubted``: its headings
+    contradict its path, as the warnings tell.
     """
 
     path: Path
@@ -85,6 +85,7 @@ class Prospect:
     late: Mapping[str, float] = field(default_factory=dict)
     truth_doubted: bool = False
     units: str = ""
+    headings_doubted: bool = False
 
     @property
     def well(self) -> tuple[str, ...]:
@@ -106,7 +107,9 @@ class Prospect:
 
 def verdicts(prospect: Prospect) -> tuple[LogVerdict, ...]:
     """Judge a log for each of the tasks."""
-    learn, localise = (_by_clocks(prospect, one) for one in (_learn(prospect), _localise(prospect)))
+    learn, localise = (
+        _by_clocks(prospect, _by_headings(prospect, one)) for one in (_learn(prospect), _localise(prospect))
+    )
     return (learn, localise, _score(prospect))
 
 
@@ -117,6 +120,14 @@ def _by_clocks(of: Prospect, verdict: LogVerdict) -> LogVerdict:
     other = any("SECOND" in command for command in verdict.commands)
     more = f", with --late {','.join(late_words(of.late))} as its clocks differ{OF_ANOTHER if other else ''}"
     return replace(verdict, reason=f"{verdict.reason}{more}")
+
+
+def _by_headings(of: Prospect, verdict: LogVerdict) -> LogVerdict:
+    """The verdict, with less where headings contradict the path: ways and turns come out wrong."""
+    if not of.headings_doubted or verdict.usability is Usability.FAILS:
+        return verdict
+    reason = f"the odometry's headings contradict its path, as told under 'look at'; {verdict.reason}"
+    return replace(verdict, usability=Usability.LIMITED, reason=reason)
 
 
 def _learn(of: Prospect) -> LogVerdict:
@@ -155,14 +166,17 @@ def _localise(of: Prospect) -> LogVerdict:
     if of.length < SHORT:
         reason = f"in a map of another drive; {_hardly_moves(of, of.plan)}"
         return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "in a map"))
+    jumps = "the odometry jumps, where the robot seems to have been carried; " if of.jumps else ""
+    trouble = f"{of.trouble}; {jumps}" if of.troubles else jumps
+    usability = Usability.LIMITED if trouble else Usability.WORKS
     if split := _split(of, of.plan):
         reason = (
-            f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest, "
-            f"{split.on_map} of whose {split.asked} views are on that map"
+            f"{trouble}{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the "
+            f"rest, {split.on_map} of whose {split.asked} views are on that map"
         )
-        return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split.cut))
-    reason = "in a map of another drive along the same path"
-    return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+        return LogVerdict("localise", usability, reason, _commands(of, "localise", split.cut))
+    reason = f"{trouble}in a map of another drive along the same path"
+    return LogVerdict("localise", usability, reason, _commands(of, "localise"))
 
 
 def _units(of: Prospect) -> str:
@@ -171,10 +185,12 @@ def _units(of: Prospect) -> str:
 
 def _longest(plan: ViewPlan, jumps: Sequence[OdometryJump]) -> str:
     """The longest stretch between jumps, as an option."""
-    ends = [0, *(jump.view for jump in jumps), len(plan)]
-    ways = [sum(abs(view.distance) for view in plan.views[low + 1 : high]) for low, high in pairwise(ends)]
-    longest = int(np.argmax(ways))
-    return f"--views {ends[longest]}:{ends[longest + 1]}"
+    begins = [0, *(jump.view for jump in jumps)]
+    ends = [*(jump.view - jump.steps + 1 for jump in jumps), len(plan)]
+    stretches = list(zip(begins, ends, strict=True))
+    ways = [sum(abs(view.distance) for view in plan.views[low + 1 : high]) for low, high in stretches]
+    low, high = stretches[int(np.argmax(ways))]
+    return f"--views {low}:{high}"
 
 
 def _hardly_moves(of: Prospect, plan: ViewPlan) -> str:

@@ -21,6 +21,7 @@ from refseq.logs.recording import Recording, views_of
 from refseq.logs.scans import mounted
 from refseq.logs.source import LogSource
 from refseq.logs.thin import chosen, thinned, with_odometry_noise
+from refseq.logs.trajectory import Trajectory
 from refseq.logs.transforms import TransformTree
 from refseq.view import LASER, Scan, View
 
@@ -34,7 +35,8 @@ class ViewPlan:
 
     ``views`` have time, motion, truth and behaviour; ``moments`` say which samples each is to be filled with. Choosing
     among them costs nothing; ``read`` passes over the log once and decodes what the plan still holds. ``stamps`` are
-    those of the sensors' topics, all samples of the log.
+    those of the sensors' topics, all samples of the log. ``motion`` are the poses that the views' motion comes from, as
+    the log has them; None without any.
     """
 
     source: LogSource
@@ -44,6 +46,7 @@ class ViewPlan:
     base: str
     tree: TransformTree
     stamps: Mapping[str, TopicStamps]
+    motion: Trajectory | None = None
 
     def __len__(self) -> int:
         return len(self.views)
@@ -131,7 +134,9 @@ def plan_views(source: LogSource, options: PairingOptions | None = None) -> View
         raise LogError(f"{source.path}: holds no view: its pictures are damaged; valid is at least one that is whole")
     views = tuple(views_of(planned.data))
     stamps = {topic: found.stamps[topic] for topic in choice.sensors}
-    return ViewPlan(source, _findings(found, choice, planned), views, planned.moments, choice.base, found.tree, stamps)
+    told, track = _findings(found, choice, planned), choice.odometry or choice.truth
+    motion = track.poses if track else None
+    return ViewPlan(source, told, views, planned.moments, choice.base, found.tree, stamps, motion)
 
 
 def _nothing(source: LogSource) -> str:

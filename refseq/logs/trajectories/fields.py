@@ -1,7 +1,9 @@
 """Fields of a line of a trajectory file: commas, semicolons, tabs or spaces stand between them."""
 
+import csv
 import re
 from collections.abc import Sequence
+from datetime import datetime
 
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 SEPARATORS = (";", ",")
@@ -10,7 +12,7 @@ SEPARATORS = (";", ",")
 
 def fields_of(line: str) -> Sequence[str]:
     """The fields of a row of numbers."""
-    words = line.split()
+    words = line.replace('"', " ").split()
     if len(words) > 1 and all(map(DECIMAL_COMMA.fullmatch, words)):
         return words
     found = _between(line, SEPARATORS)
@@ -35,7 +37,21 @@ def decimal_comma(fields: Sequence[str]) -> str:
     return next((field for field in fields if DECIMAL_COMMA.fullmatch(field)), "")
 
 
+def clock_time(text: str) -> datetime | None:
+    """A date and time as ISO 8601 writes them; None for another text."""
+    try:
+        return datetime.fromisoformat(text) if ":" in text else None
+    except ValueError:
+        return None
+
+
 def _between(line: str, separators: Sequence[str]) -> Sequence[str] | None:
     """The fields between the first of some separators that a line has; None where it has none."""
     separator = next((one for one in separators if one in line), None)
-    return None if separator is None else [field.strip() for field in line.split(separator)]
+    if separator is None:
+        return None
+    if '"' not in line:
+        return [field.strip() for field in line.split(separator)]
+    # Many programs put quotation marks around every field; a return within a line is none of its ends.
+    fields = next(csv.reader([line.replace("\r", " ")], delimiter=separator, skipinitialspace=True))
+    return [field.strip() for field in fields]

@@ -26,7 +26,7 @@ from refseq.logs.trajectories.columns import (
     named_columns,
     shaped_columns,
 )
-from refseq.logs.trajectories.fields import decimal_comma, fields_of, is_separated, names_of
+from refseq.logs.trajectories.fields import clock_time, decimal_comma, fields_of, is_separated, names_of
 from refseq.logs.trajectories.geodesy import utm, zone_of
 from refseq.logs.trajectories.headings import are_degrees, headings_along
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
@@ -61,6 +61,17 @@ class _TrajectoryRow:
             )
         return value
 
+    def time(self, column: int) -> float:
+        """A number, or the seconds since 1970 of a date and time that names its zone."""
+        written = clock_time(self.fields[column])
+        if written is None:
+            return self.value(column)
+        if written.tzinfo is None:
+            raise self.error(
+                f"{self.fields[column]!r:.40} names no time zone; valid is one behind it, Z or +01:00, or seconds"
+            )
+        return written.timestamp()
+
 
 def read_trajectory(path: Path, times: Path | None = None) -> PoseTable:
     """Read a trajectory: TUM, KITTI, EuRoC, or a table of x, y and heading, or of positions by satellite.
@@ -93,7 +104,9 @@ def _rows(path: Path) -> tuple[Sequence[str], list[_TrajectoryRow], bool]:
         row = _TrajectoryRow(path, number, fields_of(text))
         if not comment and (written := decimal_comma(row.fields)):
             raise row.error(f"{written!r:.40} has a decimal comma; valid are decimal points")
-        if not rows and (comment or not _is_number(row.fields[0])):
+        if not rows and (comment or not (_is_number(row.fields[0]) or clock_time(row.fields[0]))):
+            if not comment and named_columns(names_of(header, len(row.fields))):
+                raise row.error(f"{row.fields[0]!r:.40} is no number; valid is one, or 2023-11-14T22:13:20Z for a time")
             header = re.sub(r"^(#|%|//)\s*", "", text)
         elif not comment:
             rows.append(row)
@@ -245,7 +258,8 @@ def _keyed(
 ) -> PoseTable:
     """Poses with the time or the number of each row."""
     numbered = Q.TIME not in columns.places
-    keys = _column(rows, columns.places[Q.NUMBER if numbered else Q.TIME])
+    place = columns.places[Q.NUMBER if numbered else Q.TIME]
+    keys = _column(rows, place) if numbered else np.array([row.time(place) for row in rows])
     if numbered:
         for row, key in zip(rows, keys.tolist(), strict=True):
             if key < 0 or key != int(key):

@@ -2,7 +2,8 @@
 
 from collections.abc import Collection, Sequence
 from difflib import get_close_matches
-from typing import Any
+from pathlib import Path
+from typing import Any, get_args
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -65,11 +66,28 @@ for name in (*LIVE, *LIVE_SCREENS):
 
 
 class BenchCommand(TyperCommand):
-    """A command whose help shows no type for flags."""
+    """A command whose help shows no type for flags, and that takes no empty word for a path."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """As Typer's. Raises ``UsageError`` for an empty path, which would stand for the folder that one is in."""
+        given, *_ = self.make_parser(ctx).parse_args(args=list(args))
+        parameters: list[Any] = list(self.params)
+        for parameter in parameters:
+            values = given.get(str(parameter.name))
+            if _is_path(parameter) and "" in ([values] if isinstance(values, str) else values or ()):
+                told = "'' is no name; valid is that of a file or folder: is a variable of the shell not set?"
+                raise typer.BadParameter(told, ctx, parameter)
+        return super().parse_args(ctx, args)
 
     def get_help_option(self, ctx: Any) -> Any:
         """As Typer's, without a placeholder."""
         return _plain(super().get_help_option(ctx))
+
+
+def _is_path(parameter: Any) -> bool:
+    """Tell whether a parameter takes paths, some of which may be names of something else as well."""
+    taken = getattr(getattr(parameter, "type_descriptor", None), "annotation", None)
+    return Path in (taken, *get_args(taken)) or parameter.metavar in ("FILE", "WORLD")
 
 
 class BenchGroup(TyperGroup):

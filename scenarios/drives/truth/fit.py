@@ -121,7 +121,8 @@ def truth_doubt(views: Sequence[View], truth: str, drive: str, late: float = 0.0
     if fit is None:
         return None
     clock = _told_clock(views, drive, late)
-    told = f"{fit.fitting} of {fit.pieces} pieces of {fit.metres:g} m go as the odometry of {drive} does"
+    scale = "" if clock or fit.share >= DOUBTED else _told_scale(views, drive)
+    told = scale or f"{fit.fitting} of {fit.pieces} pieces of {fit.metres:g} m go as the odometry of {drive} does"
     if fit.share < REFUSED:
         valid = "the true poses of this drive at its times, x before y, in metres, headings in radians"
         seems = f"; {clock}" if clock else ""
@@ -129,14 +130,43 @@ def truth_doubt(views: Sequence[View], truth: str, drive: str, late: float = 0.0
     if clock:
         return TruthDoubt(f"{truth}: {clock}")
     if fit.share < DOUBTED:
-        causes = "a mirrored axis, other units or times, or odometry that slipped"
-        return TruthDoubt(f"{truth}: hardly fits: {told}; look for {causes}")
+        causes = "" if scale else "; look for a mirrored axis, other units or times, or odometry that slipped"
+        return TruthDoubt(f"{truth}: hardly fits: {told}{causes}")
     if abs(fit.aside) > ASIDE:
         aside = f"{np.degrees(fit.aside):+.0f}° beside the way of {drive}"
         return TruthDoubt(f"{truth}: its headings point {aside}: a sensor that looks aside, or x and y swapped")
     if abs(fit.length - 1) > STRETCHED:
         return TruthDoubt(f"{truth}: the odometry of {drive} shows {fit.length:.2f} m for each metre of it")
     return None
+
+
+UNITS = {"centimetres": 100.0, "millimetres": 1000.0, "feet": 1 / 0.3048, "inches": 1 / 0.0254}
+"""Units, and how many are a metre."""
+NEARLY = 0.06
+"""Share by which a scale may be off a unit's: that of odometry is off by up to 5 %."""
+
+
+def _told_scale(views: Sequence[View], drive: str) -> str:
+    """A sentence on odometry that goes the true way in another unit; empty unless it fits when that is set right."""
+    truth, odometry = true_poses(views), dead_reckoned(views)
+    known = np.isfinite(truth).all(axis=1)
+    if not len(odometry) or known.sum() < 2:
+        return ""
+    truth, odometry = truth[known], odometry[known]
+    ends = cuts(ways_along(truth), PIECES[0])
+    lengths = [np.hypot(*np.diff(poses[ends, :2], axis=0).T) for poses in (odometry, truth)]
+    scale = float(np.median(lengths[0] / np.maximum(lengths[1], 1e-9))) if len(ends) > 1 else 0.0
+    if scale <= 0 or abs(scale - 1) <= STRETCHED:
+        return ""
+    fit = fit_of(truth, odometry / np.array([scale, scale, 1.0]))
+    if fit is None or fit.share < DOUBTED:
+        return ""
+    told = f"the odometry of {drive} goes {scale:.3g} m for each metre of it, and fits but for that"
+    for unit, count in UNITS.items():
+        for whose, of in (("the odometry", scale), ("the truth", 1 / scale)):
+            if abs(of / count - 1) < NEARLY:
+                return f"{told}: is {whose} in {unit}?"
+    return f"{told}: one of both is not in metres"
 
 
 def _told_clock(views: Sequence[View], drive: str, late: float) -> str:

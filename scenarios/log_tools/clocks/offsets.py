@@ -3,7 +3,9 @@
 The offset is the lag at which both correlate best, as in Kelly and Sukhatme, "A general framework for temporal
 calibration of multiple proprioceptive and exteroceptive sensors" (ISER 2010). Its standard error is the jackknife's
 over pieces of the drive: Künsch, "The jackknife and the bootstrap for general stationary observations", Annals of
-Statistics 17 (1989).
+Statistics 17 (1989). Pieces of one turn have what is wrong with it in common, so that the error is at least that of
+least squares, by how sharply the turns change and how much of them is not explained: Seber and Wild, "Nonlinear
+Regression" (1989), section 2.1.
 """
 
 import math
@@ -133,10 +135,25 @@ def _best(told: NDArray[np.float64], seen: NDArray[np.float64]) -> ClockOffset |
     lag = _peaks(sign * correlations[np.newaxis])[0]
     without = _peaks(sign * _correlations(whole - moments))  # each piece in turn
     error = math.sqrt((PIECES - 1) * float(without.var()))
+    centred = told[top] - told[top].mean()
+    slope = (told[top - 1] - told[top + 1]) / (2 * STEP)
+    error = max(error, _error_of_fit(centred, slope - slope.mean(), seen - seen.mean()))
     if error > LARGEST_ERROR:
         return None
-    centred = told[top] - told[top].mean()
     return ClockOffset(float(lag), float(correlations[top]), float(centred @ seen / (centred @ centred)), error)
+
+
+def _error_of_fit(told: NDArray[np.float64], slope: NDArray[np.float64], seen: NDArray[np.float64]) -> float:
+    """Standard error of the lag [s] by which turns told, which change by ``slope`` a second of it, fit those seen.
+
+    What is left is alike for some time, as both are smoothed: it counts for as many as its autocorrelation, up to where
+    that first falls to nothing, adds up to. All are (n,) about their mean.
+    """
+    gain = float(told @ seen / (told @ told))
+    left, change = seen - gain * told, gain * slope
+    alike = np.correlate(left, left, "full")[len(left) - 1 :]
+    until = int(np.argmax(alike <= 0)) or len(alike)
+    return math.sqrt(float(2 * alike[:until].sum() - alike[0]) / len(left) / float(change @ change))
 
 
 def _moments(told: NDArray[np.float64], seen: NDArray[np.float64]) -> NDArray[np.float64]:

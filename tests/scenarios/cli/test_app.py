@@ -159,7 +159,24 @@ BAD_INPUT = [
     (f"{RECORD} --distance 0", "trigger: distance, turn and time are all off; valid is at least one of them"),
     (f"{RECORD} --start 99", "start 99.0 m and end 6 m are no stretch of route"),
     (f"{RECORD} --time inf", "--time inf is not valid; it should be above 0 and finite"),
-    ("learn run.mcap -o new.refseq --thin inf", "thin inf is not valid; it should be a number of metres, 0 or more"),
+    (
+        "learn run.mcap -o new.refseq --thin inf",
+        "thin inf is not valid; valid is a finite number of 0 or more [METRES]",
+    ),
+    (
+        "learn run.mcap -o new.refseq --tolerance inf",
+        "tolerance inf is not valid; valid is a finite number of 0 or more",
+    ),
+    (
+        "learn run.mcap -o new.refseq --late laser=1e300",
+        "late '1e300' is not valid; valid are numbers up to 8589934592 ",
+    ),
+    ("learn run.mcap -o new.refseq --late laser=nan", "late 'nan' is not valid; valid are numbers up to 8589934592 "),
+    (
+        "learn run.mcap -o new.refseq --late laser=0,12",
+        "late '0,12' has a decimal comma; valid are decimal points, as ",
+    ),
+    ("learn run.mcap -o new.refseq --late laser=-0,12,truth=1", "late '-0,12' has a decimal comma; valid are decimal"),
     ("learn run.mcap -o new.refseq --views 5:2", "run.mcap: views '5:2' is no stretch of it; valid is FROM:TO within"),
     ("localise map.refseq run.mcap --views 0:999", "run.mcap: views '0:999' is no stretch of it; valid is FROM:TO"),
     ("view run.mcap -o new.rrd --views abc", "run.mcap: views 'abc' is no stretch of it; valid is FROM:TO"),
@@ -181,7 +198,19 @@ BAD_INPUT = [
         "prose.log: is text, so a CARMEN log, and holds no scan (kinds of lines seen: hello); valid are FLASER",
     ),
     ("localise missing.refseq run.mcap", "missing.refseq: cannot be read: No such file or directory"),
-    ("localise run.mcap run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
+    (
+        "localise run.mcap run.mcap",
+        "run.mcap: is a log (a Foxglove MCAP file), no map; valid is a map (.refseq): is it in",
+    ),
+    (
+        "localise map.refseq map.refseq",
+        "map.refseq: is a map (.refseq), no log; valid are a ROS bag, an MCAP recording",
+    ),
+    (
+        "localise run.mcap map.refseq",
+        "run.mcap: is a log (a Foxglove MCAP file), no map; valid is a map (.refseq): is it in",
+    ),
+    ("localise prose.log run.mcap", "prose.log: is not a .refseq map, or is damaged"),
     (
         "localise version-9.refseq run.mcap",
         "version-9.refseq: is of map format version 9; valid is 4: a newer",

@@ -251,21 +251,91 @@ def test_odometry_that_began_anew_is_told_and_its_first_part_proposed(tmp_path: 
     before = read_drive(bag, DriveSelection(views=words[words.index("--views") + 1]))
     assert max(abs(view.distance) for view in before.views) < 1.0
     assert sum(view.distance for view in before.views) == pytest.approx(12.8, abs=0.3)
+    assert (localise.usability, "the odometry jumps" in localise.reason) == (LIMITED, True)
+
+
+@dataclass(frozen=True)
+class Circling(RobotDrive):
+    """A robot that drives round once, whose odometer counts headings ``count`` times, and from ``turned`` [rad]."""
+
+    count: float = 1.0
+    turned: float = 0.0
+
+    def pose(self, time: float) -> Pose:
+        angle = 2 * math.pi * (time - self.start) / self.seconds
+        return Pose(10.0 + 2.0 * math.sin(angle), -2.0 * math.cos(angle), angle)
+
+    def odometry(self, time: float) -> Pose:
+        true = self.pose(time)
+        return Pose(true.x, true.y, self.count * true.heading + self.turned)
+
+
+@pytest.mark.parametrize(
+    ("count", "turned", "told"),
+    [
+        (-1.0, 0.0, "its headings turn against its path: they count clockwise, or one axis is mirrored"),
+        (-1.0, math.pi / 2, "x and y are swapped, or headings are bearings from north"),
+        (1.0, -math.pi / 2, "its headings point 90° to the right of its way throughout"),
+        (1.0, math.pi, "by its headings the robot drives straight back over 100 % of 12 m"),
+        (0.0, 1.0, "its heading stays the same while its path of 12 m turns"),
+        (1.0, 0.0, ""),
+    ],
+)
+def test_headings_that_contradict_the_path_are_told_by_check_and_by_what_reads_the_drive(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, count: float, turned: float, told: str
+) -> None:
+    setup = RosSetup(truth=None, image_format=None)
+    bag = write_rosbag2(tmp_path / "bag", Circling(seconds=16.0, count=count, turned=turned), setup)
+    found = check_log(bag, DriveSelection())
+    warned = [line for line in found.warnings if "heading" in line]
+    assert len(warned) == bool(told)
+    for verdict in found.verdicts[:2]:
+        assert (verdict.usability is LIMITED, "headings contradict its path" in verdict.reason) == (bool(told),) * 2
+    assert found.travel.length == pytest.approx(4 * math.pi, abs=0.4), "positions tell the way, whatever the headings"
+    read_drive(bag, DriveSelection(thin=0.85))
+    lines = [record.getMessage() for record in caplog.records]
+    assert len(lines) == bool(told)
+    assert all(line.startswith(f"{bag}: topic /odom: ") and told in line for line in lines)
+    assert all(told in line and "a table of time,x,y alone (--odometry FILE)" in line for line in warned)
+
+
+@pytest.mark.parametrize("grey", [0, 128])
+def test_a_camera_alone_that_sees_nothing_does_not_work(tmp_path: Path, grey: int) -> None:
+    """The table and all else are told as of any log: it was an error without the file's name."""
+    bag = write_rosbag2(tmp_path / "bag", Troubled(seconds=12.0, grey=grey), RosSetup(scans=False))
+    found = check_log(bag, DriveSelection())
+    told = f"camera: its pictures are of one grey level, {grey} of 255: it sees nothing"
+    assert [(one.usability, one.reason) for one in found.verdicts[:2]] == 2 * [(FAILS, told)]
+    assert found.cost is None
+    assert not found.usable
+
+
+class FarSeeing(RosMessages):
+    """Messages of a laser that declares a range of 80 km."""
+
+    def _scan(self, time: float) -> Any:
+        scan = super()._scan(time)
+        scan.range_max = 80_000.0
+        return scan
 
 
 @dataclass(frozen=True)
 class Troubled(RobotDrive):
-    """A robot with a laser that is ``blind``, or a camera whose pictures change their size."""
+    """A robot with a laser that is ``blind`` or tells ranges in another ``unit`` [m], or pictures that change size."""
 
     blind: bool = False
     changing: bool = False
+    grey: int | None = None
+    unit: float = 1.0
 
     def ranges(self, time: float, bearings: NDArray[np.float64], mount: Pose = HERE) -> NDArray[np.float32]:
         found = super().ranges(time, bearings, mount)
-        return np.full_like(found, np.inf) if self.blind else found
+        return np.full_like(found, np.inf) if self.blind else found / np.float32(self.unit)
 
     def picture(self, time: float) -> NDArray[np.uint8]:
         found, later = super().picture(time), time > self.start + self.seconds / 2
+        if self.grey is not None:
+            return np.full_like(found, self.grey)
         return np.tile(found, (2, 2)) if self.changing and later else found
 
 
@@ -280,6 +350,13 @@ class Troubled(RobotDrive):
             "laser",
         ),
         (DRIVE, "mono7", "'mono7'", "laser"),
+        (
+            Troubled(seconds=12.0, grey=0),
+            "png",
+            "camera: its pictures are of one grey level, 0 of 255: it sees",
+            "laser",
+        ),
+        (Troubled(seconds=12.0, grey=128), "jpeg", "its pictures are of one grey level, 128 of 255", "laser"),
     ],
 )
 def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
@@ -293,8 +370,28 @@ def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
     assert f" --sensors {well} " in learn.commands[0]
     views = read_drive(bag, DriveSelection(thin=0.85), [well]).views
     assert len(learn_map(views, sensors=[well])) == len(views) > 8
+    if isinstance(drive, Troubled) and drive.grey is not None:
+        return  # a map is learnt of what the laser saw
     with pytest.raises(RefseqError):
         learn_map(read_drive(bag, DriveSelection(thin=0.85)).views)
+
+
+@pytest.mark.parametrize("image_format", ["png", None])
+def test_a_laser_in_millimetres_is_not_learnt_and_told_where_it_is(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, image_format: str | None
+) -> None:
+    setup = RosSetup(image_format=image_format)
+    bag = write_rosbag2(tmp_path / "bag", Troubled(seconds=12.0, unit=1e-3), setup, made_by=FarSeeing)
+    found = check_log(bag, DriveSelection())
+    for verdict in found.verdicts[:2]:
+        assert re.match(r"laser: half of its ranges are beyond \d+ m: are they in metres\?", verdict.reason)
+        assert verdict.usability is (LIMITED if image_format else FAILS)
+        assert all(" --sensors camera " in command for command in verdict.commands)
+    assert found.usable is bool(image_format)
+    read_drive(bag, DriveSelection(thin=0.85), ["camera"] if image_format else None)
+    assert len(caplog.records) == (0 if image_format else 1)
+    read_drive(bag, DriveSelection(thin=0.85))
+    assert "laser: half of its ranges are beyond" in caplog.records[-1].getMessage()
 
 
 def picture_folder(folder: Path, per_second: float, count: int = 40) -> Path:

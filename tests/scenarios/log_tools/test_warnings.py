@@ -10,6 +10,7 @@ import pytest
 
 from refseq.logs.source import EMPTY
 from refseq.view import Scan, View
+from refseq_bench.scenarios.drives.odometry_doubts import odometry_jumps, without_jumps
 from refseq_bench.scenarios.log_tools.clocks.late import SensorClock
 from refseq_bench.scenarios.log_tools.clocks.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.warnings import warnings_of
@@ -157,6 +158,15 @@ def test_a_jump_of_a_robot_that_mostly_stands_is_one_and_a_pause_of_the_log_is_n
     walking = [*driven(*[0.0] * 100, *[0.2] * 12), View(76.0, distance=4.0)]  # 4 m in 20 s
     assert told(views=walking) == []
     assert told(views=driven(*[0.3] * 30, *[3.2] * 6, step=2.0)) == [], "a robot that begins to hurry"
+
+
+@pytest.mark.parametrize(("ways", "steps"), [((13.2, 0.8), 2), ((0.8, 13.2), 2), ((14.0,), 1), ((14.0, 0.05), 1)])
+def test_a_view_within_a_jump_is_no_way(ways: tuple[float, ...], steps: int) -> None:
+    """Its pose is interpolated between both sides."""
+    views = driven(0.0, *[0.05] * 20, *ways, *[0.05] * 20, step=0.1)
+    (jump,) = odometry_jumps(views)
+    assert (jump.view, jump.steps, jump.way) == (20 + steps, steps, pytest.approx(14.0))
+    assert sum(view.distance for view in without_jumps(views)) == pytest.approx(0.05 * (40 + len(ways) - steps))
 
 
 def test_stamps_that_stand_still_tell_no_speed() -> None:

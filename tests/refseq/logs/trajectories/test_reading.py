@@ -191,6 +191,11 @@ def test_what_is_written_is_read_again(way: list[tuple[float, float, float]], fo
         ("index,x,y,theta\n1.5,0,0,0\n", "line 2: number 1.5 is not valid; it should be a whole number of 0 or more"),
         ("index,lat,lon\n0,95,0\n", "line 2: latitude 95°, longitude 0°; valid are -84 to 84 and -180 to 180"),
         ("index,x,y\n0,1,1\n1,1,1\n", "goes nowhere and names no heading; valid is one with a column of headings"),
+        ('"time";"x";"y";"yaw"\n"0.5";"1,5";"2";"0"\n', "line 2: '1,5' has a decimal comma; valid are decimal points"),
+        ('"time","x","y","yaw"\n"0.5","1,5","2","0"\n', "line 2: '1,5' has a decimal comma; valid are decimal points"),
+        ('"time","x","y"\n"0.5","1.5 m","2"\n', "line 2: '1.5 m' is no finite number; valid is one in field 2"),
+        ("time,x,y,yaw\n2023-11-14T22:13:20,0,0,0\n", "line 2: '2023-11-14T22:13:20' names no time zone; valid is one"),
+        ("time,x,y\n14.11.2023 22:13:20,0,0\n", "line 2: '14.11.2023 22:13:20' is no number; valid is one, or 2023-11"),
         ("time;x;y;yaw\n0,0;1,5;2;0\n", "line 2: '0,0' has a decimal comma; valid are decimal points"),
         ("time;x;y;yaw\n0;1.5;2,5;0\n", "line 2: '2,5' has a decimal comma"),
         ("time\tx\ty\tyaw\n0,5\t1,5\t2,5\t0,1\n", "line 2: '0,5' has a decimal comma"),
@@ -286,3 +291,19 @@ def test_a_way_that_tells_no_unit_is_read(tmp_path: Path) -> None:
     for rows in (["0,0,0,90", "1,0,9,90", "2,0,30,90"], ["0,0,0,90", "1,0,0,80"]):
         path.write_text("\n".join(["time,x,y,yaw", *rows]))
         assert read_trajectory(path).poses[0, 2] == 90
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        '"time","x","y","yaw"\n"1700000000.5","1","2","0.5"\n"1700000001.5","2","2","0.5"\n',
+        '"time"; "x"; "y"; "yaw"\n"1700000000.5"; "1"; "2"; "0.5"\n"1700000001.5"; "2"; "2"; "0.5"\n',
+        "time,x,y,yaw\n2023-11-14T22:13:20.5Z,1,2,0.5\n2023-11-14 23:13:21.500+01:00,2,2,0.5\n",
+        '"time","x","y","yaw"\n"2023-11-14T22:13:20.500Z",1,2,0.5\n"2023-11-14T22:13:21.500Z",2,2,0.5\n',
+    ],
+)
+def test_quotation_marks_and_dates_are_read(tmp_path: Path, rows: str) -> None:
+    (tmp_path / "t.csv").write_text(rows)
+    found = read_trajectory(tmp_path / "t.csv")
+    assert found.keys.tolist() == [1_700_000_000.5, 1_700_000_001.5]
+    assert found.poses.tolist() == [[1.0, 2.0, 0.5], [2.0, 2.0, 0.5]]

@@ -152,7 +152,7 @@ def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, h
             "atlas.refseq ← blind.mcap: the drive's sensors (laser) have none in common with the map's; valid are forw",
         ),
         ("localise atlas.refseq query.mcap --stage magic", "stage 'magic' is unknown; valid are uniform, prior, chain"),
-        ("localise query.mcap query.mcap", "query.mcap: is not a .refseq map, or is damaged"),
+        ("localise query.mcap query.mcap", "query.mcap: is a log (a Foxglove MCAP file), no map; valid is a map"),
         ("localise cut.refseq query.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
         ("localise spoilt.refseq query.mcap", "spoilt.refseq"),
         ("map matrix atlas.refseq", "the map holds 2 paths, west, east; valid is a map of one"),

@@ -157,3 +157,23 @@ def test_the_help_of_all_says_of_each_command_what_its_own_help_says() -> None:
         first, _, _ = (own[name].help or "").partition("\n\n")
         assert told[name].help == " ".join(first.split())
         assert told[name].rich_help_panel == own[name].rich_help_panel
+
+
+def takes_paths(command: Any) -> list[Any]:
+    """Parameters of a command that name files or folders, by their placeholders."""
+    words = ("FILE", "FOLDER", "LOG", "MAP", "MAPS", "QUERY", "RECORDING", "DRIVE", "REFERENCE QUERY", "OUT", "BELIEFS")
+    return [one for one in command.params if one.metavar in words]
+
+
+@pytest.mark.parametrize("name", [name for name, command in COMMANDS.items() if takes_paths(command)])
+def test_an_empty_word_is_no_path(name: str, refseq: Refseq) -> None:
+    """A variable of the shell that is not set; as a path it would be the folder that one is in."""
+    for parameter in takes_paths(COMMANDS[name]):
+        option = parameter.param_type_name == "option"
+        arguments = [one for one in COMMANDS[name].params if one.param_type_name == "argument"]
+        before = [parameter.opts[0]] if option else ["x"] * arguments.index(parameter)
+        said = refseq(*name.split(), *before, "")
+        spelling = f"{parameter.opts[0]} {parameter.metavar}" if option else parameter.metavar
+        assert said.code == 2
+        assert said.err.startswith(f"error: {spelling}: '' is no name; valid is that of a file or folder"), said.err
+        assert said.err.count("\n") == 1

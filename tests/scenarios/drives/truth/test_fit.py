@@ -103,6 +103,26 @@ def test_a_mirrored_way_is_told_of_at_least(seed: int) -> None:
     assert truth_doubt(views, "t.csv", "drive.mcap") is None
 
 
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("scale", "asked", "ratio"),
+    [
+        (3.28, "is the odometry in feet?", "3.28"),
+        (100.0, "is the odometry in centimetres?", "100"),
+        (0.001, "is the truth in millimetres?", "0.001"),
+        (2.5, "one of both is not in metres", "2.5"),
+    ],
+)
+def test_odometry_in_another_unit_is_told_by_its_ratio(seed: int, scale: float, asked: str, ratio: str) -> None:
+    views = drive(seed, scale=max(1.0, scale))
+    truth = poses(views) / np.array([min(1.0, scale), min(1.0, scale), 1.0])
+    doubt = truth_doubt(with_truth(views, truth), "t.csv", "drive.mcap")
+    assert doubt is not None
+    assert doubt.refused
+    told = f"the odometry of drive.mcap goes {ratio} m for each metre of it, and fits but for that: {asked}"
+    assert doubt.told.startswith(f"t.csv: tells another way: {told}; valid are ")
+
+
 def test_a_sensor_that_looks_aside_fits_and_its_angle_is_told() -> None:
     views = drive()
     fit = truth_fit(with_truth(views, poses(views) + np.array([0, 0, np.pi / 2])))

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from refseq.planar import Pose
 from refseq.view import Scan
@@ -94,3 +95,18 @@ def test_an_offset_within_what_chance_gives_is_none() -> None:
 def test_turns_have_their_sign_and_size():
     left = [cast(ROOM, Pose(0.0, 0.0, math.radians(angle)), beams=181) for angle in (0, 3)]
     assert scan_turns(left) == pytest.approx([math.radians(3)], abs=math.radians(0.5))
+
+
+def test_one_turn_whose_shape_is_seen_otherwise_tells_no_offset() -> None:
+    """As a camera in a corridor sees a corner; all pieces of it are wrong alike, and four of these were told late."""
+    heading = np.pi / 2 * ((TIMES_OF_A_TURN - 30.0) / 4.0 + 0.5).clip(0.0, 1.0)
+    stamps = np.arange(2.0, 58.0, 0.2)
+    turned = np.diff(np.interp(stamps, TIMES_OF_A_TURN, heading))
+    for seed in range(40):
+        other = gaussian_filter1d(np.random.default_rng(seed).standard_normal(len(turned)), 6)
+        seen = turned + other * (1.1 * turned.std() / other.std())
+        found = clock_offset(stamps, seen, TIMES_OF_A_TURN, heading)
+        assert found is None or not found.differs()
+
+
+TIMES_OF_A_TURN = np.arange(0.0, 60.0, 0.05)
