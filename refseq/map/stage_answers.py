@@ -20,8 +20,8 @@ class StageAnswers:
     ``sensors`` are those of the map that are asked, all by default. Only the chain, which knows when it is lost,
     corrects the odometer's scale (``OdometerScale``) and weighs a view by what others of the drive brought
     (``UsualViews``) and by the way since those that it was sure of (``LastFixes``), where the map's profile asks for
-    that. Hindsight does the first alone: a stretch that looks like no place any more is one it finds by the views
-    behind it.
+    that. Hindsight does the first alone, and does not ask whether the robot was carried: a stretch that looks like no
+    place any more is one it finds by the views behind it.
     """
 
     def __init__(self, map_: Map, stage: Stage, *, sensors: Sequence[str] | None = None) -> None:

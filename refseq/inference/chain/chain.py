@@ -60,7 +60,7 @@ class ChainSettings:
 
     ``carried`` is the probability, before anything is seen, that the robot was carried since the last view. Where what
     its sensors saw of the way makes it more, the robot may by so much be anywhere, as at the first view
-    (``Observation.carried``). The forward filter and hindsight ask it; 0: the robot is never carried.
+    (``Observation.carried``). The forward filter asks it; 0: the robot is never carried.
 
     ``observation`` is what of a view the chain observes. ``noise`` makes the places' emissions non-zero. ``lost_view``
     says which views are the Lost View: by ``entropy`` those whose distribution over the places has one above

@@ -30,7 +30,8 @@ class Hindsight:
 
     def take(self, measured: Sequence[Measurement]) -> None:
         """Take the next view, as it was measured in every sequence."""
-        bare = [replace(one, by_block={}) for one in measured]  # a whole drive's blocks would fill the memory
+        # A whole drive's blocks would fill the memory; and a stretch that changed is none that it was carried past.
+        bare = [replace(one, by_block={}, carried=0.0) for one in measured]
         self._counted.append(self._stands.mean(bare))
 
     def beliefs(self) -> list[Belief]:

@@ -84,7 +84,8 @@ def test_hindsight_is_asked_for_by_its_name_only_and_knows_what_came_after(
     drives: tuple[list[View], list[View]],
 ) -> None:
     reference, query = drives
-    after, before = "best+log_ratio.fixes=0/hindsight", "best+log_ratio.fixes=0/chain"  # hindsight asks no fixes
+    # Hindsight asks neither for last fixes nor whether it was carried.
+    after, before = (f"best+log_ratio.fixes=0+chain.carried=0/{stage}" for stage in ("hindsight", "chain"))
     assert not any("hindsight" in name for name in methods_named(["thesis", "best", "baselines"]))
     found = answers((after, before), reference, query)
     assert tuple(found) == (after, before)

@@ -12,6 +12,7 @@ from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
 from refseq.map.profile import profile_named
+from refseq.map.tracking.hindsight import Hindsight
 from refseq.map.tracking.stands import Stands
 from refseq.map.tracking.trackers import tracker_for
 from refseq.planar import Pose
@@ -86,3 +87,14 @@ def test_one_camera_is_enough_to_tell() -> None:
     assert max(told[1:12]) < -2.0
     assert told[12] > 2.0
     assert told[13] < -2.0
+
+
+def test_hindsight_does_not_ask() -> None:
+    """A stretch that changed is none that the robot was carried past: the views behind it tell."""
+    found = []
+    for carried in (0.0, 4.0):
+        hindsight = Hindsight(SELDOM)
+        for one in CARRIED:
+            hindsight.take([replace(one, carried=carried)])
+        found.append([belief.places.tolist() for belief in hindsight.beliefs()])
+    assert found[0] == found[1]
