@@ -373,13 +373,12 @@ def pairing_options(selection: DriveSelection) -> "PairingOptions":
 
 def delays(selection: DriveSelection) -> dict[str, float]:
     """Names of sensors, or ``truth``, and by how much their stamps are late [s], as a selection tells."""
-    if written := DECIMAL_COMMA.search(selection.late or ""):
+    from refseq.logs.trajectories.fields import DECIMAL_COMMA
+
+    # Behind a comma that parts two sensors stands a name.
+    if written := re.search(rf"=({DECIMAL_COMMA.pattern})(?=,|$)", selection.late or ""):
         raise ScenarioError(f"late {written[1]!r} has a decimal comma; valid are decimal points, as laser=0.12 [s]")
     return {name: _seconds(text) for name, text in assignments(words(selection.late, "late"), "late").items()}
-
-
-DECIMAL_COMMA = re.compile(r"=([+-]?\d+,\d+)(?=,|$)")
-"""A delay with one: behind a comma that parts two sensors stands a name."""
 
 
 def truth_delay(selection: DriveSelection) -> float:
