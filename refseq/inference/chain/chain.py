@@ -62,14 +62,17 @@ class ChainSettings:
     its sensors saw of the way makes it more, the robot may by so much be anywhere, as at the first view
     (``Observation.carried``). The forward filter asks it; 0: the robot is never carried.
 
+    ``vague`` is the probability, before a drive, that its views tell little of their places (``VagueFilter``). Filters
+    that sum over all paths ask it; 0: views tell what the calibration says.
+
     ``observation`` is what of a view the chain observes. ``noise`` makes the places' emissions non-zero. ``lost_view``
     says which views are the Lost View: by ``entropy`` those whose distribution over the places has one above
     ``lost_view_entropy`` · log K. A place emits it with probability ``lost_view_at_place``, a Lost_Place with
     ``lost_view_at_lost``, and any view of the sequence alike (3.8); where it is learnt, or none, they are not used.
 
     The thesis gives only ``lost`` and ``window``, T, the number of observations; the others are choices, and the
-    defaults of ``lost_per_metre``, ``exit_at_ends``, ``run_out``, ``kidnap_probability`` and ``carried`` leave them
-    out.
+    defaults of ``lost_per_metre``, ``exit_at_ends``, ``run_out``, ``kidnap_probability``, ``carried`` and ``vague``
+    leave them out.
     """
 
     window: int = 5
@@ -81,6 +84,7 @@ class ChainSettings:
     lost_at_start: float = 0.5
     kidnap_probability: float = 0.0
     carried: float = 0.0
+    vague: float = 0.0
     relocalisation_range: float = 10.0
     observation: ObservedDistribution = ObservedDistribution.POSTERIOR
     noise: float = 0.1

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from refseq.inference.chain.chain import Chain, Observation, standing_once
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior, smooth
 from refseq.inference.chain.network import LinkedTransitions, Network
+from refseq.inference.chain.vague import StateFilter, VagueFilter, smoothed_either_way, vaguely
 from refseq.inference.paths import usual_step
 
 MOST = 50
@@ -101,19 +102,25 @@ def run_out(path: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
     return beyond
 
 
-def path_filter(space: Chain | Network) -> ForwardFilter | RunOutFilter:
-    """The forward filter over one path or a network of them, with the run-outs that its settings ask for."""
-    longer = _with_run_outs(space)
-    return ForwardFilter(space) if longer is None else RunOutFilter(longer)
+def path_filter(space: Chain | Network) -> StateFilter:
+    """The forward filter over one path or a network of them, with the run-outs and vague views its settings ask for."""
+    longer, vague = _with_run_outs(space), space.settings.vague
+
+    def one() -> StateFilter:
+        return ForwardFilter(space) if longer is None else RunOutFilter(longer)
+
+    return VagueFilter(one(), one(), vague) if vague > 0 else one()
 
 
 def path_smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
-    """The posterior at each view in the light of all, over one path or a network, with the run-outs of its settings.
+    """The posterior at each view in the light of all, over one path or a network, with what its settings ask for.
 
     Of views of a robot that stands (``Observation.again``) the last one counts, and all have its posterior.
     """
     counted, number = standing_once(observations)
-    smoothed = _smoothed(counted, space)
+    smoothed, chance = _smoothed(counted, space), space.settings.vague
+    if chance > 0:
+        smoothed = smoothed_either_way(smoothed, _smoothed([vaguely(one) for one in counted], space), chance)
     return [smoothed[k] for k in number]
 
 

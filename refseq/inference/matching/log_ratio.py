@@ -18,11 +18,16 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from refseq.inference.matching.detection import Detection
-from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.inference.matching.incidence import IncidenceMatrix, sensor_of
 from refseq.inference.matching.neighbours import REACH, Neighbours
+from refseq.view import LASER
 
 CELLS = 1 << 16
 """Cells by which scores are brought into a rough order before each is looked for; no result follows it."""
+TOP = 0.1
+"""Share of the scores elsewhere, the highest, that tell how fast they thin out."""
+FEWEST = 5
+"""So many there must be: of fewer scores nothing is known beyond the highest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +47,9 @@ class LogRatioSettings:
     there (``refseq.map.tracking.usual``): a view by two sensors or more that brings less speaks against a place; 0:
     none. ``fixes`` is of how many places that it was sure of it compares the way since then with where others lie
     (``refseq.map.tracking.last_fixes``); 0: none.
+
+    ``tail`` is how slowly scores of pictures elsewhere are taken to thin out beyond the highest: a multiple of how far
+    the highest tenth of them exceed their own least (``Calibration``); 0: one beyond tells no more than the highest.
     """
 
     blind: float = 0.2
@@ -54,6 +62,7 @@ class LogRatioSettings:
     turns: float = 0.0
     usual: int = 0
     fixes: int = 0
+    tail: float = 0.0
 
     def __post_init__(self) -> None:
         """Raise ``ValueError`` for a ``blind`` that is no such chance."""
@@ -66,9 +75,14 @@ class Calibration:
 
     There are no more ratios than twice the distinct scores elsewhere, and one: those of scores that tie with one of
     them, and of scores between two. All are reckoned beforehand.
+
+    Few places make few scores, of which even the highest is nothing rare: a hundred can tell a place by a factor of
+    five at most, however well it fits. With a ``tail`` one above them all tells more, the farther it lies above: the
+    p-value falls from the highest's as exp(−excess / (tail · mean)), where the mean is by how much the highest tenth
+    exceed the least of that tenth. It does not fall below the square of the highest's.
     """
 
-    def __init__(self, elsewhere: NDArray[np.float64]) -> None:
+    def __init__(self, elsewhere: NDArray[np.float64], *, tail: float = 0.0) -> None:
         self._distinct, counts = np.unique(elsewhere, return_counts=True)
         n = len(elsewhere)
         below = np.repeat(np.concatenate([[0], np.cumsum(counts)]), 2)
@@ -76,10 +90,18 @@ class Calibration:
         tied = (as_high - higher) / n if n else np.ones(1)
         self._p = PValues((higher + 1 - tied) / (n + 1), (as_high + 1) / (n + 1))
         self._log_ratios = log_mean_calibrated(self._p)
+        self._thinning = tail * _excess(elsewhere)
 
     def log_ratios(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
         """Calibrated log-likelihood ratios of the places with these scores."""
-        return self._log_ratios[self._slots(scores)]
+        slots = self._slots(scores)
+        ratios = self._log_ratios[slots]
+        beyond = np.flatnonzero(slots == len(self._log_ratios) - 1) if self._thinning > 0 else ()
+        if len(beyond):
+            least = float(self._p.high[-1])
+            fallen = np.exp((self._distinct[-1] - scores[beyond]) / self._thinning)
+            ratios[beyond] = log_calibrated(least * np.maximum(fallen, least))
+        return ratios
 
     def p_values(self, scores: NDArray[np.float64]) -> "PValues":
         """Share of the places elsewhere that score as high, the place itself counted among them, and its ties.
@@ -102,6 +124,15 @@ class Calibration:
         found[order] = np.searchsorted(self._distinct, scores[order])
         slots: NDArray[np.intp] = 2 * found + (self._distinct.take(found, mode="clip") == scores)
         return slots
+
+
+def _excess(scores: NDArray[np.float64]) -> float:
+    """Mean of how far the highest scores lie above the least of them; 0 where that is unknown."""
+    count = int(TOP * len(scores))
+    if count < FEWEST:
+        return 0.0
+    least, *others = np.partition(scores, -count)[-count:]
+    return float(np.mean(others) - least)
 
 
 class PValues(NamedTuple):
@@ -163,7 +194,8 @@ class LogRatioModel:
             model = Detection(matrix.block(key), neighbours)
             views = [(k, column[key]) for k, column in zip(chosen, columns, strict=True)]
             scores = _elsewhere(model, views, along, settings)
-            calibration = Calibration(scores)
+            # Clutter that moved makes a laser see another place, view after view: it is told no more surely.
+            calibration = Calibration(scores, tail=0.0 if sensor_of(key) == LASER else settings.tail)
             self._blocks[key] = model, calibration
             self._elsewhere[key] = calibration.log_ratios(scores).astype(np.float32)
 

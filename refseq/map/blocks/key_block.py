@@ -93,7 +93,8 @@ class KeyBlock:
     def _calibration(self, cameras: Collection[str]) -> Calibration:
         """Scores of places elsewhere, by the keys of some cameras at the reference's own views."""
         fits = [together(_of(pair, cameras)) for pair in self._map.once(keys_elsewhere)]
-        return Calibration(np.array([score(fit) for fit in fits if fit.matches >= FEWEST]))
+        scores = np.array([score(fit) for fit in fits if fit.matches >= FEWEST])
+        return Calibration(scores, tail=self._map.profile.log_ratio.tail)
 
 
 def _of(fits: Mapping[str, KeyFit], cameras: Collection[str]) -> dict[str, KeyFit]:

@@ -96,6 +96,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "turns": LENGTH,
             "usual": (0, 10_000),
             "fixes": (0, 1000),
+            "tail": (0.0, 100.0),
         },
         "motion": {
             "slack": LENGTH,
@@ -113,6 +114,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "lost_at_start": SHARE,
             "kidnap_probability": SHARE,
             "carried": (0.0, 0.5),
+            "vague": (0.0, 0.99),
             "relocalisation_range": (1e-3, 1e3),
             "noise": (1e-12, 1.0),
             "lost_view_entropy": (0.0, 10.0),

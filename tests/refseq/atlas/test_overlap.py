@@ -52,7 +52,7 @@ def test_what_is_told_is_the_mean_of_both_ways() -> None:
     pairs = np.array([[3, 3], [4, 9], [19, 0]])
     expected = [(there[i, j] + back[j, i]) / 2 for i, j in pairs]
     assert told("camera", pairs) == pytest.approx(expected)
-    assert expected[0] > 0.5 > 0 > expected[1]
+    assert expected[0] > 0.4 > 0 > expected[1]
 
 
 class _Likelihoods(Translation):

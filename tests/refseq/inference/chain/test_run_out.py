@@ -10,7 +10,7 @@ from refseq.inference.chain.run_out import MOST, LongerNetwork, RunOutFilter, on
 from refseq.map.profile import BEST
 from tests.refseq.chains import SPREAD, dense_start, dense_transitions
 
-SETTINGS = replace(BEST.chain, run_out=3.0)
+SETTINGS = replace(BEST.chain, run_out=3.0, vague=0.0)
 
 
 def by_matrices(chain: Chain, longer: Chain, views: list[Observation]) -> np.ndarray:

@@ -146,6 +146,55 @@ def test_evidence_of_fresh_scores_averages_no_more_than_one(decimals: int) -> No
     assert (evidence > 5).mean() < 1 / 5
 
 
+# --- beyond the highest ---
+
+
+@quick
+@given(arrays(np.int8, st.integers(0, 80)), st.floats(0.1, 5.0))
+def test_scores_that_are_not_beyond_all_others_are_read_as_without_a_tail(elsewhere: np.ndarray, tail: float) -> None:
+    values = elsewhere.astype(float)
+    scores = np.unique(values)
+    found, plain = Calibration(values, tail=tail), Calibration(values)
+    np.testing.assert_array_equal(found.log_ratios(scores), plain.log_ratios(scores))
+
+
+def test_beyond_the_highest_p_values_fall_by_how_the_highest_tenth_thins_out() -> None:
+    """Of 100 scores the ten highest lie 0 to 9 above their least, 5 in the mean of the other nine."""
+    elsewhere = np.arange(100.0)
+    found = Calibration(elsewhere, tail=2.0).log_ratios(np.array([99.0 + 10.0, 99.0 + 20.0]))
+    np.testing.assert_allclose(found, log_calibrated(np.exp([-1.0, -2.0]) / 101))
+
+
+@quick
+@given(st.lists(st.floats(-50, 50), min_size=50, max_size=80), st.floats(0.0, 1e3), st.floats(0.0, 1e3))
+def test_farther_beyond_tells_more_but_no_more_than_as_many_scores_again_could(
+    elsewhere: list[float], excess: float, more: float
+) -> None:
+    values = np.array(elsewhere)
+    found = Calibration(values, tail=2.0).log_ratios(values.max() + np.array([0.0, excess, excess + more]))
+    assert (np.diff(found) >= 0).all()
+    assert found[-1] <= log_calibrated(np.array([(1 / (len(values) + 1)) ** 2]))[0] + 1e-9
+
+
+@pytest.mark.parametrize("elsewhere", [np.zeros(0), np.arange(49.0), np.repeat([0.0, 1.0], 100)])
+def test_where_it_is_not_known_how_scores_thin_out_none_tells_more_than_the_next(elsewhere: np.ndarray) -> None:
+    """None at all, too few of them, and highest ones that are all the same."""
+    scores = np.array([1e3, 1e6])
+    found, plain = Calibration(elsewhere, tail=2.0), Calibration(elsewhere)
+    np.testing.assert_array_equal(found.log_ratios(scores), plain.log_ratios(scores))
+
+
+@pytest.mark.quick_cases("exponential")
+@pytest.mark.parametrize("law", ["exponential", "normal", "laplace"])
+def test_with_a_tail_fresh_scores_average_no_more_than_one(law: str) -> None:
+    """The promise, for scores that thin out as fast as an exponential law or faster."""
+    rng = np.random.default_rng(3)
+    draws = getattr(rng, law)(size=(20_000, 101))
+    evidence = np.array([np.exp(Calibration(draw[1:], tail=2.0).log_ratios(draw[:1])[0]) for draw in draws])
+    assert evidence.mean() <= 1 + 3 * evidence.std() / np.sqrt(len(evidence))
+    assert evidence.mean() > 0.6
+
+
 # --- blocks ---
 
 K, EACH = 60, 80
