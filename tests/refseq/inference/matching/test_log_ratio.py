@@ -23,6 +23,7 @@ from refseq.inference.matching.log_ratio import (
     with_more,
 )
 from refseq.inference.matching.neighbours import REACH
+from refseq.view import LASER
 
 quick = settings(derandomize=True)
 
@@ -392,6 +393,23 @@ def long_drive(seed: int, places: int) -> np.ndarray:
     for _ in range(places - 1):
         seen.append(np.where(seen[-1], rng.random(EACH) < 3 / 4, rng.random(EACH) < 1 / 20))
     return np.array(seen)
+
+
+def test_a_picture_s_words_tell_more_beyond_the_highest_elsewhere_and_a_laser_s_do_not() -> None:
+    """The same sightings under either sensor's name, of views that are nearly those of the drive."""
+    seen = drive(1)
+    views = [np.flatnonzero(row & (np.random.default_rng(k).random(EACH) < 0.9)) for k, row in enumerate(seen)]
+
+    def told(sensor: str, tail: float) -> np.ndarray:
+        """Log ratio of each view at its place."""
+        key = f"words/{sensor}"
+        matrix = IncidenceMatrix.from_columns([{key: np.flatnonzero(row)} for row in seen], {key: EACH})
+        model = LogRatioModel(matrix, np.arange(float(K)), LogRatioSettings(blind=0.0, tail=tail))
+        return np.array([model.log_ratios({key: view})[k] for k, view in enumerate(views)])
+
+    np.testing.assert_array_equal(told(LASER, 2.0), told(LASER, 0.0))
+    np.testing.assert_array_equal(told(LASER, 0.0), told("front", 0.0))
+    assert told("front", 2.0).mean() > told("front", 0.0).mean() + 1
 
 
 def test_views_like_the_drive_s_but_of_elsewhere_bring_no_evidence_in_the_mean() -> None:
