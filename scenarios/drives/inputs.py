@@ -217,16 +217,18 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
     """
     from refseq.logs import open_log
     from refseq.logs.closing import incomplete, noted_damage
-    from refseq.logs.scans import range_doubt
     from refseq.view import LASER
+    from refseq_bench.scenarios.drives.odometry_doubts import laser_doubt
 
     source = open_log(path)
     plan = thinned_drive(source, selection)
     if sensors is not None and set(sensors) <= set(plan.findings.sensors.values()):
         plan = plan.seen_by(sensors)
     recording = plan.recording()
-    if selection.times is None and (told := range_doubt(_some_scans(recording))):
-        _more_by_check(source, f"{LASER}: {told}")
+    if selection.times is None:
+        views = recording.views
+        if told := laser_doubt(_some_scans(recording), views, lambda of: [views[number].scan for number in of]):
+            _more_by_check(source, f"{LASER}: {told}")
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
     return replace(
         recording, metadata={**recording.metadata, **origin_notes(selection), **unwhole, **views_left_out(recording)}

@@ -1,4 +1,4 @@
-"""Odometry that no robot has: poses in other units, that jump as where a program began anew, or head elsewhere."""
+"""Odometry that no robot has, in other units, that jumps or heads elsewhere; a laser in other units than it."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.health.range_unit import Scans, range_unit_doubt
 from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.scans import range_doubt, return_doubt
 from refseq.logs.trajectories.course import HeadingDoubt, HeadingFault, heading_doubt
-from refseq.view import FASTEST, View
+from refseq.view import FASTEST, Scan, View
 
 SAME = 0.01
 """Views so near to each other in time tell no speed [s]."""
@@ -90,6 +92,14 @@ def course_doubts(plan: ViewPlan) -> Iterator[str]:
     doubt = heading_doubt(plan.motion.between(plan.views[0].time, plan.views[-1].time))
     if doubt is not None:
         yield f"{plan.findings.odometry or plan.findings.truth}: {_of_headings(doubt)}"
+
+
+def laser_doubt(some: Sequence[Scan], views: Sequence[View], scans: Scans) -> str:
+    """A sentence for a laser that is in no metres, by ``some`` of its scans or by the way of ``views``; else empty.
+
+    ``scans`` gives those of views, and is asked for a few.
+    """
+    return range_doubt(some) or range_unit_doubt(views, scans) or return_doubt(some)
 
 
 def _of_headings(doubt: HeadingDoubt) -> str:
