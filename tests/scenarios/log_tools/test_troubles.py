@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
 from refseq.errors import RefseqError
@@ -44,6 +45,23 @@ def test_a_damaged_picture_is_told_and_left_out(folder: Path, number: int, share
         f"{folder}: damaged pictures are left out (camera-1: 1, the first {hurt.name}), and the ground truth counts "
         "all; valid are whole ones"
     )
+
+
+def test_a_log_of_one_picture_is_told_all_of_as_any_other(folder: Path) -> None:
+    for number in range(1, COUNT):
+        (folder / f"{number:02d}.jpg").unlink()
+    checkup = check_log(folder, DriveSelection())
+    assert checkup.verdicts[0].usability is Usability.FAILS
+    assert checkup.verdicts[0].reason.startswith("the robot hardly moves: 0.00 m by the poses of topic ")
+    assert checkup.taken["/camera-1"] == "camera camera-1, 640 × 480"
+    assert checkup.cost is not None
+
+
+def test_pictures_that_nothing_is_found_in_keep_nobody_from_the_checkup(tmp_path: Path) -> None:
+    ramp = np.tile(np.linspace(100, 108, 64).astype(np.uint8), (48, 1))
+    for number in range(COUNT):
+        cv2.imwrite(str(tmp_path / f"{number:02d}.png"), ramp)
+    assert check_log(tmp_path, DriveSelection()).taken["/camera-1"] == "camera camera-1, 640 × 480"
 
 
 def test_a_picture_of_another_size_is_refused_by_the_checkup_and_by_reading(folder: Path) -> None:
