@@ -19,7 +19,7 @@ from refseq.logs.source import Channel, LogSource, Role
 from refseq.map.learning import learn as learn_map
 from refseq.planar import Pose
 from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
-from refseq_bench.scenarios.log_tools.checkup import check_log
+from refseq_bench.scenarios.log_tools.checkup import check_log, taken_as
 from refseq_bench.scenarios.log_tools.facts import facts_of
 from refseq_bench.scenarios.log_tools.page import write_checkup
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey
@@ -297,6 +297,13 @@ def test_headings_that_contradict_the_path_are_told_by_check_and_by_what_reads_t
     assert len(lines) == bool(told)
     assert all(line.startswith(f"{bag}: topic /odom: ") and told in line for line in lines)
     assert all(told in line and "a table of time,x,y alone (--odometry FILE)" in line for line in warned)
+
+
+@pytest.mark.parametrize(("count", "told"), [(0, "none of its messages is read"), (3, "a second camera")])
+def test_a_camera_that_is_not_taken_is_told_why(tmp_path: Path, count: int, told: str) -> None:
+    plan = check_log(picture_folder(tmp_path / "drive", 2.0), DriveSelection()).plan
+    topic = TopicSurvey(Channel("/cam", "foxglove.CompressedImage", "json", 3, Role.CAMERA), Timing(count))
+    assert taken_as(topic, plan) == f"ignored: {told}"
 
 
 @pytest.mark.parametrize("grey", [0, 128])
