@@ -22,6 +22,10 @@ DEPTH_ENCODINGS = frozenset({"16uc1", "32fc1", "compresseddepth"})
 """Encodings of distances, which are no pictures."""
 
 
+class DepthPictureError(LogError):
+    """A picture is whole, and of distances: 16 bits, where others of its camera have 8."""
+
+
 @dataclass(frozen=True, slots=True)
 class _RawLayout:
     """Raw pixels: bytes a pixel, and OpenCV's conversion to grey, None where they are grey."""

@@ -47,6 +47,23 @@ def test_a_damaged_picture_is_told_and_left_out(folder: Path, number: int, share
     )
 
 
+@pytest.mark.parametrize(
+    ("numbers", "told"),
+    [
+        ([4], "the picture 04.jpg is of 16 bits, as distances are, and left out"),
+        ([4, 7], "2 pictures are of 16 bits, as distances are, and left out, the first 04.jpg"),
+    ],
+)
+def test_a_picture_of_sixteen_bits_is_not_called_damaged(folder: Path, numbers: list[int], told: str) -> None:
+    for number in numbers:
+        deep = cv2.imencode(".png", texture(number, 48, 1.0, 0).astype(np.uint16) * 256)[1]
+        (folder / f"{number:02d}.jpg").write_bytes(deep.tobytes())
+    (folder / "10.jpg").write_bytes(b"")
+    checkup = check_log(folder, DriveSelection())
+    assert checkup.warnings == ("camera-1: the picture 10.jpg is damaged and left out", f"camera-1: {told}")
+    assert len(read_drive(folder).views) == COUNT - 1 - len(numbers)
+
+
 def test_a_log_of_one_picture_is_told_all_of_as_any_other(folder: Path) -> None:
     for number in range(1, COUNT):
         (folder / f"{number:02d}.jpg").unlink()
