@@ -1,4 +1,4 @@
-"""Odometry that no robot has, in other units, that jumps or heads elsewhere; a laser in other units than it."""
+"""Doubts about a drive: odometry that no robot has, a laser in other units than it, pictures too small for places."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.health.pictures import size_doubt
 from refseq.health.range_unit import Scans, range_unit_doubt
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.scans import range_doubt, return_doubt
@@ -100,6 +101,14 @@ def laser_doubt(some: Sequence[Scan], views: Sequence[View], scans: Scans) -> st
     ``scans`` gives those of views, and is asked for a few.
     """
     return range_doubt(some) or range_unit_doubt(views, scans) or return_doubt(some)
+
+
+def size_doubts(plan: ViewPlan) -> Iterator[str]:
+    """A sentence for each camera whose pictures are too small to tell places apart."""
+    for topic, sensor in plan.findings.sensors.items():
+        size = plan.stamps[topic].usual_size
+        if size is not None and (told := size_doubt(*size)):
+            yield f"{sensor}: {told}"
 
 
 def _of_headings(doubt: HeadingDoubt) -> str:

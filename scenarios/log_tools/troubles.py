@@ -3,10 +3,14 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from refseq.dead_reckoning import way_along
 from refseq.errors import LogError
+from refseq.health.pictures import picture_doubt
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.view import LASER, Scan
+from refseq_bench.scenarios.drives.inputs import SHORT
 from refseq_bench.scenarios.drives.odometry_doubts import laser_doubt
 from refseq_bench.scenarios.log_tools.survey import KEPT, LogSurvey, TopicSurvey, pictures_of, scans_of
 
@@ -30,7 +34,7 @@ def _trouble(topic: TopicSurvey, found: LogSurvey, plan: ViewPlan) -> str:
         if not any(np.isfinite(scan.ranges).any() for scan in scans):
             return f"no beam came back in {len(scans)} scans"
         return laser_doubt(scans, plan.views, lambda numbers: _scans_at(plan, numbers))
-    sizes, spreads = set(), [0.0]
+    sizes, spreads, images = set[str](), [0.0], list[NDArray[np.uint8]]()
     for time, picture in pictures_of(topic, KEPT):
         try:
             image = picture.decode()
@@ -38,8 +42,11 @@ def _trouble(topic: TopicSurvey, found: LogSurvey, plan: ViewPlan) -> str:
             return f"at {time - found.zero(topic):.1f} s {error}"
         sizes.add(f"{image.shape[1]} × {image.shape[0]}")
         spreads.append(float(image.std()))
+        images.append(image)
     if sizes and max(spreads) < UNIFORM:
         return f"its pictures are of one grey level, {image.mean():.0f} of 255: it sees nothing"
+    if way_along(plan.views)[-1] > SHORT and (told := picture_doubt(images)):
+        return told
     return f"its pictures are {' and '.join(sorted(sizes))} pixels; valid is one size" if len(sizes) > 1 else ""
 
 

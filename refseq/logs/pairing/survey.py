@@ -76,6 +76,11 @@ class TopicStamps:
             if isinstance(error, DepthPictureError):
                 self.deep.add(number)
 
+    @property
+    def usual_size(self) -> tuple[int, int] | None:
+        """Width and height of most pictures [pixels], as their heads have it; None without one."""
+        return max(self.sizes, key=lambda size: len(self.sizes[size]), default=None)
+
     def other_sizes(self, taken: Collection[int]) -> str:
         """A sentence on those of the pictures ``taken`` that are not of the size of most; empty where all are."""
         wanted = set(taken)

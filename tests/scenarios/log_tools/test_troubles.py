@@ -47,6 +47,41 @@ def test_a_damaged_picture_is_told_and_left_out(folder: Path, number: int, share
     )
 
 
+def told_by_learning(folder: Path, caplog: pytest.LogCaptureFixture) -> list[str]:
+    read_drive(folder)
+    return [one.getMessage().removeprefix(f"{folder}: ").partition(";")[0] for one in caplog.records[1:]]
+
+
+def test_pictures_that_are_all_the_same_are_told(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
+    assert told_by_learning(folder, caplog) == []
+    caplog.clear()
+    for number in range(1, COUNT):
+        (folder / f"{number:02d}.jpg").write_bytes((folder / "00.jpg").read_bytes())
+    told = "camera-1: its pictures are all the same: they show nothing of the way"
+    assert [one.reason for one in check_log(folder, DriveSelection()).verdicts[:2]] == 2 * [told]
+    assert told_by_learning(folder, caplog) == [told]
+
+
+def test_a_camera_that_stands_may_show_the_same(folder: Path) -> None:
+    for number in range(1, COUNT):
+        (folder / f"{number:02d}.jpg").write_bytes((folder / "00.jpg").read_bytes())
+    table = folder / "odometry.csv"
+    table.write_text("time,x,y,heading\n" + "".join(f"{k},{k % 2 / 1000},0,0\n" for k in range(COUNT)))
+    localise = check_log(folder, DriveSelection(odometry=str(table))).verdicts[1]
+    assert localise.reason.startswith("in a map of another drive; the robot hardly moves")
+
+
+@pytest.mark.parametrize(("height", "told"), [(15, "20 × 15"), (16, "")])
+def test_pictures_that_are_too_small_are_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, height: int, told: str
+) -> None:
+    for number in range(COUNT):
+        cv2.imwrite(str(tmp_path / f"{number:02d}.png"), texture(number, height, 1.0, 0))
+    wanted = [f"camera-1: its pictures are of {told} pixels: too few to tell places apart"] if told else []
+    assert list(check_log(tmp_path, DriveSelection()).warnings) == wanted
+    assert told_by_learning(tmp_path, caplog) == wanted
+
+
 @pytest.mark.parametrize(
     ("numbers", "told"),
     [
