@@ -444,7 +444,8 @@ def picture_folder(folder: Path, per_second: float, count: int = 40) -> Path:
     folder.mkdir()
     picture = np.random.default_rng(1).integers(0, 255, (480, 640), np.uint8)
     for number in range(count):
-        cv2.imwrite(str(folder / f"{1_760_000_000_000 + round(1000 * number / per_second)}.png"), picture)
+        name = f"{1_760_000_000_000 + round(1000 * number / per_second)}.png"
+        cv2.imwrite(str(folder / name), np.roll(picture, number, axis=1))
     return folder
 
 
