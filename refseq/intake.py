@@ -95,15 +95,21 @@ def check_motions(views: Iterable[View]) -> None:
 def check_angles(count: int, start: float, step: float, error: type[ViewError | LogError] = ViewError) -> None:
     """Raise ``error`` for a number of beams, or for angles [rad], that no scanner has."""
     BEAMS.check(count, "a message has" if error is LogError else "it has", error)
+    asked = ": are they in degrees?" if _are_degrees(count, start, step) else ""
     if not (abs(start) <= FARTHEST_START and math.isfinite(step)) or (step == 0 and count > 1):
         raise error(
-            f"a scan starts at {start} rad with steps of {step} rad; valid are angles within two turns, and steps not "
-            "of 0"
+            f"a scan starts at {start} rad with steps of {step} rad{asked}; valid are angles within two turns, and "
+            "steps not of 0"
         )
     if abs(step) * (count - 1) > 2 * math.pi + abs(step) + 1e-3:
-        raise error(
-            f"a scan of {count} beams with steps of {step:g} rad is more than one turn; valid is one turn at most"
-        )
+        told = f"a scan of {count} beams with steps of {step:g} rad is more than one turn{asked}"
+        raise error(f"{told}; valid is one turn at most")
+
+
+def _are_degrees(count: int, start: float, step: float) -> bool:
+    """True of angles that are a scanner's in degrees, and none in radians."""
+    begins = start == 0 or 2 * math.pi < abs(start) <= 360
+    return begins and 4 * math.pi < abs(step) * (count - 1) <= 360 + abs(step)
 
 
 def _check_names(images: object, time: float) -> None:

@@ -40,8 +40,8 @@ def run(
     them. Raises ``ScenarioError``.
     """
     numbers = None if seeds is None else ",".join(map(str, seeds))
-    cases = with_seeds(with_methods(find([str(one) for one in scenarios]), localisers, methods), numbers)
-    cases = with_renderer(cases, renderer)
+    declared = find([str(one) for one in scenarios], rejudged=bool(localisers))
+    cases = with_renderer(with_seeds(with_methods(declared, localisers, methods), numbers), renderer)
     store = Store(cache or user_cache())
     results = None if output is None else Results(output, cases, store)
     executor, finished = LocalWorkers(workers, store.folder), False

@@ -1,6 +1,7 @@
 """A camera's pictures: blank, frozen, and how much they have changed."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,6 +23,35 @@ STANDING, MOVED = (math.log(0.4), 0.5), (math.log(4.0), 1.0)
 
 REPEAT = 0.1
 """Way within which a camera takes its next picture, as a mean of an exponential distribution [m]."""
+
+
+SMALLEST = 16
+"""Pictures of less to a side [pixels] do not tell places apart: made wider they show nothing more."""
+
+LEAST = 3
+"""So many pictures that are the same tell that a camera shows nothing of the way."""
+
+
+def picture_doubt(pictures: Iterable[NDArray[np.uint8]]) -> str:
+    """A sentence for some pictures of a drive that are all the same to the last bit; empty for others.
+
+    No more are decoded than until two differ.
+    """
+    some = iter(pictures)
+    first = next(some, None)
+    count = 1
+    for picture in some:
+        if first is None or not np.array_equal(first, picture):
+            return ""
+        count += 1
+    return "its pictures are all the same: they show nothing of the way" if count >= LEAST else ""
+
+
+def size_doubt(width: int, height: int) -> str:
+    """A sentence for pictures of a size that tells no places apart; empty for others."""
+    if min(width, height) >= SMALLEST:
+        return ""
+    return f"its pictures are of {width} × {height} pixels: too few to tell places apart"
 
 
 @dataclass(frozen=True, slots=True)

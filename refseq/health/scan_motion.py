@@ -195,6 +195,17 @@ def moved_ratio(before: Scan, after: Scan) -> float | None:
     return bounded(_ratio(min(moves, ELSEWHERE), stands))
 
 
+def unexplained_ways(before: Scan, after: Scan, ways: NDArray[np.float64], turn: float) -> NDArray[np.float64] | None:
+    """Mean distance of a scan's points to the walls of the one before for each of ``ways`` straight on, (ways,) [m].
+
+    ``turn`` [rad] is the odometer's. None where there is too little to compare.
+    """
+    here, there = after.points[_hits(after, _near(before))], _hits(before, REACH)
+    if min(len(here), len(there)) < FEWEST:
+        return None
+    return _Walls(before, there).unexplained(here, [(float(way), turn) for way in ways])
+
+
 def _spun(walls: "_Walls", here: NDArray[np.float64], distance: float, turn: float) -> float:
     """Log-likelihood ratio of a robot that went straight on or stood, a wheel spinning, against a turn, 0 or more.
 

@@ -42,7 +42,7 @@ class Findings:
     ``without_odometry`` the moments that were passed over because no odometry reaches them, ``without_truth`` the
     views that no true pose reaches, ``unpaired`` the samples of each sensor that no view took. ``notes`` are sentences
     for the user on what was decided and what is wrong. ``damaged`` are each sensor's pictures that cannot be decoded,
-    by their files' names or times: they are left out.
+    by their files' names or times: they are left out; ``deep`` are those of them that are whole, but of 16 bits.
     """
 
     channels: Mapping[str, ChannelFindings] = field(default_factory=dict)
@@ -58,11 +58,15 @@ class Findings:
     unpaired: Mapping[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     damaged: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    deep: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def losses(self) -> Iterator[str]:
-        """Sentences on the damaged pictures, one a sensor."""
-        for sensor, told in self.damaged.items():
-            if len(told) == 1:
-                yield f"{sensor}: the picture {told[0]} is damaged and left out"
-            elif told:
-                yield f"{sensor}: {len(told)} pictures are damaged and left out, the first {told[0]}"
+        """Sentences on the damaged pictures, and on those of 16 bits, one a sensor."""
+        for sensor, every in self.damaged.items():
+            deep = self.deep.get(sensor, ())
+            of = {"damaged": [one for one in every if one not in deep], "of 16 bits, as distances are,": deep}
+            for what, told in of.items():
+                if len(told) == 1:
+                    yield f"{sensor}: the picture {told[0]} is {what} and left out"
+                elif told:
+                    yield f"{sensor}: {len(told)} pictures are {what} and left out, the first {told[0]}"

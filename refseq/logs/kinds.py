@@ -1,9 +1,13 @@
 """Kinds of logs that can be opened, each recognised by its content."""
 
+import os
+from collections import Counter
+from itertools import islice
 from pathlib import Path
 
 from refseq.errors import LogError
 from refseq.files import check_input, open_input
+from refseq.limits import FILES
 from refseq.logs.source import LogKind, LogSource
 
 
@@ -65,6 +69,28 @@ KINDS: tuple[LogKind, ...] = (
 CARMEN any text: it is the last."""
 
 
+MOST_NAMED = 3
+"""So many kinds of files, and folders, are named of a folder that is no log."""
+
+
+def _held(path: Path) -> str:
+    """Tell what a folder holds instead of pictures, how those end, and which of its folders holds some."""
+    from refseq.logs.pictures.names import PICTURES
+
+    entries = sorted(entry for entry in islice(path.iterdir(), FILES) if entry.name[0] != ".")
+    folders = [entry for entry in entries if entry.is_dir()]
+    kinds = Counter(entry.suffix.lower() or entry.name for entry in entries if not entry.is_dir())
+    told = [f"{count} {kind}" for kind, count in kinds.most_common(MOST_NAMED)]
+    told += [f"the folder{'s' * (len(folders) > 1)} {', '.join(one.name for one in folders[:MOST_NAMED])}"] * bool(
+        folders
+    )
+    pictured = next(
+        (one.name for one in folders[:MOST_NAMED] if os.access(one, os.R_OK) and _is_picture_folder(one)), ""
+    )
+    below = f", and {pictured} is a folder of pictures" if pictured else ""
+    return f"it holds {' and '.join(told) or 'nothing'}{below}; pictures end in {', '.join(PICTURES)}"
+
+
 def is_log_folder(path: Path) -> bool:
     """Tell whether a folder is a log: a bag's, or one of pictures."""
     return path.is_dir() and any(kind.recognises(path) for kind in KINDS)
@@ -83,7 +109,7 @@ def open_log(path: Path | str) -> LogSource:
         raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
     valid = f"valid are {', '.join(kind.name for kind in KINDS[:-1])} and {KINDS[-1].name}"
     if path.is_dir():
-        raise LogError(f"{path}: is a folder that holds no log; {valid}")
+        raise LogError(f"{path}: is a folder that holds no log; {valid}; {_held(path)}")
     with open_input(path) as file:
         head = file.read(4096)
     if not head.strip():

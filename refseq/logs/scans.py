@@ -1,7 +1,7 @@
 """Laser scans of any make, brought to one form: counter-clockwise, metres, ``inf`` where nothing came back."""
 
 import math
-from collections.abc import Iterable, Sized
+from collections.abc import Iterable, Sequence, Sized
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,9 +42,23 @@ FARTHEST = 250.0
 
 def range_doubt(scans: Iterable[Scan]) -> str:
     """A sentence for ranges that are no laser's in metres; empty for others."""
-    ranges = np.concatenate([np.zeros(0), *(scan.ranges[scan.returned] for scan in scans)])
+    # Those from beyond its greatest range as well: that may be in metres where they are not.
+    ranges = np.concatenate([np.zeros(0), *(scan.ranges[np.isfinite(scan.ranges)] for scan in scans)])
     usual = float(np.median(ranges)) if len(ranges) else 0.0
     return f"half of its ranges are beyond {usual:.0f} m: are they in metres?" if usual > FARTHEST else ""
+
+
+FEW = 0.02
+"""A scan of which no larger share of the beams came back shows nothing: 0.68 is the least in the logs of others."""
+
+
+def return_doubt(scans: Sequence[Scan]) -> str:
+    """A sentence for a laser that is said to see less far than its ranges are; empty for others."""
+    shares = [scan.returned.mean() for scan in scans if len(scan.ranges)]
+    if not shares or np.median(shares) > FEW:
+        return ""
+    farthest = max(scan.max_range for scan in scans)
+    return f"half of its scans show nothing within {farthest:.0f} m: are its ranges in metres?"
 
 
 def mounted(scan: Scan, mount: Mount | None) -> Scan:

@@ -158,7 +158,7 @@ def run(
 
     only_one_of(workers=workers, ray=ray)
     check_folder(output)
-    cases = _asked(find(scenarios), localiser or (), methods, seeds, renderer)
+    cases = _asked(find(scenarios, rejudged=bool(localiser)), localiser or (), methods, seeds, renderer)
 
     from refseq_bench.scenarios.campaign.results import Results
     from refseq_bench.scenarios.campaign.store.cache import Store

@@ -121,7 +121,7 @@ def _easy_point(scenario: str, method: str, seeds: str | None, renderer: CameraR
     from refseq_bench.scenarios.methods.names import written_out
     from refseq_bench.sim.rendering.renderer import RendererKind
 
-    cases = find([scenario])
+    cases = find([scenario], rejudged=True)
     if len(cases) != 1:
         raise ScenarioError(f"{scenario}: makes {len(cases)} cases; valid is one, such as {cases[0].name}")
     if len(several := written_out((method,))) > 1:

@@ -19,6 +19,9 @@ from refseq_bench.scenarios.drives.left_out import views_left_out
 from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from refseq.belief import Stage
     from refseq.logs import LogSource, PairingOptions, Recording, ViewPlan
     from refseq.logs.beliefs import LocalisedViews
@@ -215,18 +218,25 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
 
     Where all ``sensors`` are in it, what others saw is not read: it may be damaged.
     """
+    from refseq.dead_reckoning import way_along
+    from refseq.health.pictures import picture_doubt
     from refseq.logs import open_log
     from refseq.logs.closing import incomplete, noted_damage
-    from refseq.logs.scans import range_doubt
     from refseq.view import LASER
+    from refseq_bench.scenarios.drives.odometry_doubts import laser_doubt
 
     source = open_log(path)
     plan = thinned_drive(source, selection)
     if sensors is not None and set(sensors) <= set(plan.findings.sensors.values()):
         plan = plan.seen_by(sensors)
     recording = plan.recording()
-    if selection.times is None and (told := range_doubt(_some_scans(recording))):
-        _more_by_check(source, f"{LASER}: {told}")
+    if selection.times is None:
+        views = recording.views
+        if told := laser_doubt(_some_scans(recording), views, lambda of: [views[number].scan for number in of]):
+            _more_by_check(source, f"{LASER}: {told}")
+        for camera in sorted(recording.sensors - {LASER}) if way_along(views)[-1] > SHORT else ():
+            if told := picture_doubt(_some_pictures(recording, camera)):
+                _more_by_check(source, f"{camera}: {told}")
     unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
     return replace(
         recording, metadata={**recording.metadata, **origin_notes(selection), **unwhole, **views_left_out(recording)}
@@ -234,12 +244,20 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE, sensors: Collectio
 
 
 FEW = 8
-"""Scans, spread over a drive, that tell of its unit."""
+"""Scans, spread over a drive, that tell of its unit, and pictures that tell whether they show its way."""
+
+SHORT = 1.0
+"""Over a shorter way all pictures may be the same [m]."""
 
 
 def _some_scans(recording: "Recording") -> "list[Scan]":
     scans = [view.scan for view in recording.views if view.scan is not None]
     return scans[:: max(1, len(scans) // FEW)]
+
+
+def _some_pictures(recording: "Recording", camera: str) -> "Iterator[NDArray[np.uint8]]":
+    views = [view for view in recording.views if camera in view.images]
+    return (view.images[camera] for view in views[:: max(1, len(views) // FEW)])
 
 
 def origin_notes(selection: DriveSelection) -> dict[str, str]:
@@ -329,6 +347,7 @@ MUCH = 0.2
 def _left_out(plan: "ViewPlan") -> "Iterator[str]":
     """Sentences on what of a log is in no view."""
     from refseq.logs.pairing.moments import NONE
+    from refseq_bench.scenarios.drives.odometry_doubts import size_doubts
 
     found = plan.findings
     moments = found.views + found.without_odometry
@@ -336,6 +355,7 @@ def _left_out(plan: "ViewPlan") -> "Iterator[str]":
         yield f"{found.without_odometry} of {moments} moments have no odometry, and are no views"
     yield from (note for note in found.notes if note.startswith("times are"))
     yield from found.losses()
+    yield from size_doubts(plan)
     for topic, sensor in found.sensors.items():
         if (plan.moments.samples[topic] == NONE).all() and not found.damaged.get(sensor):
             yield f"{sensor} ({topic}) is in no view, as its stamps are none of the views'"

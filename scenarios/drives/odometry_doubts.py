@@ -1,4 +1,4 @@
-"""Odometry that no robot has: poses in other units, that jump as where a program began anew, or head elsewhere."""
+"""Doubts about a drive: odometry that no robot has, a laser in other units than it, pictures too small for places."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,9 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.health.pictures import size_doubt
+from refseq.health.range_unit import Scans, range_unit_doubt
 from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.scans import range_doubt, return_doubt
 from refseq.logs.trajectories.course import HeadingDoubt, HeadingFault, heading_doubt
-from refseq.view import FASTEST, View
+from refseq.view import FASTEST, Scan, View
 
 SAME = 0.01
 """Views so near to each other in time tell no speed [s]."""
@@ -90,6 +93,22 @@ def course_doubts(plan: ViewPlan) -> Iterator[str]:
     doubt = heading_doubt(plan.motion.between(plan.views[0].time, plan.views[-1].time))
     if doubt is not None:
         yield f"{plan.findings.odometry or plan.findings.truth}: {_of_headings(doubt)}"
+
+
+def laser_doubt(some: Sequence[Scan], views: Sequence[View], scans: Scans) -> str:
+    """A sentence for a laser that is in no metres, by ``some`` of its scans or by the way of ``views``; else empty.
+
+    ``scans`` gives those of views, and is asked for a few.
+    """
+    return range_doubt(some) or range_unit_doubt(views, scans) or return_doubt(some)
+
+
+def size_doubts(plan: ViewPlan) -> Iterator[str]:
+    """A sentence for each camera whose pictures are too small to tell places apart."""
+    for topic, sensor in plan.findings.sensors.items():
+        size = plan.stamps[topic].usual_size
+        if size is not None and (told := size_doubt(*size)):
+            yield f"{sensor}: {told}"
 
 
 def _of_headings(doubt: HeadingDoubt) -> str:

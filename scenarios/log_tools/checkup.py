@@ -249,6 +249,8 @@ def taken_as(topic: TopicSurvey, plan: ViewPlan | None) -> str:
             return f"ignored: {role} is that of {getattr(findings, str(role))}"
         case Role.CAMERA if any(picture.is_depth for _, picture in pictures_of(topic, 1)):
             return "ignored: a camera of distances"
+        case Role.CAMERA | Role.LASER if not topic.timing.count:
+            return "ignored: none of its messages is read"
         case Role.CAMERA | Role.LASER if findings:
             return f"ignored: a second {role}"
     return str(role)

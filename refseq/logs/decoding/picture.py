@@ -15,10 +15,15 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.limits import JPEG_PASSES, PICTURE_BYTES, PIXELS
+from refseq.logs.decoding.orientation import is_turned
 from refseq.logs.decoding.unpacking import translating
 
 DEPTH_ENCODINGS = frozenset({"16uc1", "32fc1", "compresseddepth"})
 """Encodings of distances, which are no pictures."""
+
+
+class DepthPictureError(LogError):
+    """A picture is whole, and of distances: 16 bits, where others of its camera have 8."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,12 +230,13 @@ def check_size(width: int, height: int) -> None:
 
 
 def declared_size(data: bytes) -> tuple[int, int]:
-    """Width and height in the head of a PNG or JPEG file. Raises ``LogError`` for any other."""
+    """Width and height by the head of a PNG or JPEG file, as it is seen. Raises ``LogError`` for any other."""
     if data[:8] == PNG_MAGIC and len(data) >= 26:
         width, height = struct.unpack(">II", data[16:24])
         return width, height
     if data[:3] == JPEG_MAGIC:
-        return _jpeg_size(data)
+        width, height = _jpeg_size(data)
+        return (height, width) if is_turned(data) else (width, height)
     raise LogError("an image cannot be decoded; valid are PNG and JPEG")
 
 

@@ -13,6 +13,7 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Schema
 from mcap_protobuf.decoder import DecoderFactory
 
+from refseq.errors import LogError
 from refseq.limits import FRAMES, JSON_BYTES, MESSAGE_BYTES
 from refseq.logs.decoding.picture import CompressedPicture, RawPicture
 from refseq.logs.decoding.unpacking import translating
@@ -176,6 +177,11 @@ def _stamped(message: Any, content: Content | None, child: str = "") -> Foxglove
 
 def _scan(message: Any) -> Any:
     count = len(message.ranges)
+    if count > 1 and message.start_angle == message.end_angle:
+        raise LogError(
+            f"a scan of {count} beams starts and ends at {message.start_angle:g} rad; valid are a start_angle and an "
+            "end_angle of the first and the last beam [rad], which left out are 0"
+        )
     step = (message.end_angle - message.start_angle) / max(1, count - 1)
     return scan_of(message.ranges, float(message.start_angle), float(step) or 1.0)
 

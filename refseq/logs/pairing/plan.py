@@ -171,6 +171,7 @@ def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
         {choice.sensors[topic]: found.stamps[topic].whole - count for topic, count in taken.items()},
         (*found.notes, *_of_names(found.source), *choice.notes),
         {sensor: found.stamps[topic].lost_at() for topic, sensor in choice.sensors.items()},
+        {sensor: found.stamps[topic].deep_at() for topic, sensor in choice.sensors.items()},
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from refseq.errors import LogError
-from refseq.logs.decoding.picture import CheckedPicture
+from refseq.logs.decoding.picture import CheckedPicture, DepthPictureError
 from refseq.logs.findings import ChannelFindings
 from refseq.logs.source import Channel, LogSource, Role, Sample
 from refseq.logs.trajectory import Trajectory
@@ -36,6 +36,8 @@ class TopicStamps:
     """Encoding of the pictures if they are distances."""
     damaged: list[int] = field(default_factory=list)
     """Numbers of the pictures that cannot be decoded, as far as that is told without decoding."""
+    deep: set[int] = field(default_factory=set)
+    """Those of them that are whole, but of 16 bits."""
     sizes: dict[tuple[int, int], list[int]] = field(default_factory=dict)
     """Width and height of the others [pixels], as their heads have it, and the numbers of those that have it."""
     names: dict[int, str] = field(default_factory=dict)
@@ -55,6 +57,10 @@ class TopicStamps:
         """The damaged pictures in words."""
         return tuple(map(self.told, self.lost))
 
+    def deep_at(self) -> tuple[str, ...]:
+        """Those of them that are of 16 bits, in words."""
+        return tuple(self.told(number) for number in self.lost if number in self.deep)
+
     def told(self, number: int) -> str:
         """A picture in words: the name of its file, or its time."""
         return self.names.get(number) or f"at {self.times[number]:.3f} s"
@@ -65,8 +71,15 @@ class TopicStamps:
             self.names[number] = picture.name
         try:
             self.sizes.setdefault(picture.check(), []).append(number)
-        except LogError:
+        except LogError as error:
             self.damaged.append(number)
+            if isinstance(error, DepthPictureError):
+                self.deep.add(number)
+
+    @property
+    def usual_size(self) -> tuple[int, int] | None:
+        """Width and height of most pictures [pixels], as their heads have it; None without one."""
+        return max(self.sizes, key=lambda size: len(self.sizes[size]), default=None)
 
     def other_sizes(self, taken: Collection[int]) -> str:
         """A sentence on those of the pictures ``taken`` that are not of the size of most; empty where all are."""

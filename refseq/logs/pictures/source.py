@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.files import open_input
 from refseq.limits import FILES, PICTURE_BYTES
-from refseq.logs.decoding.picture import CompressedPicture, check_size
+from refseq.logs.decoding.picture import CompressedPicture, DepthPictureError, check_size
 from refseq.logs.pictures.names import PICTURES, in_order
 from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose
@@ -74,12 +74,12 @@ class FilePicture:
         try:
             yield
         except LogError as error:
-            raise LogError(f"{self.name}: {error}") from error
+            raise type(error)(f"{self.name}: {error}") from error
 
     def _compressed(self) -> CompressedPicture:
         picture = CompressedPicture(_content(self.path), self.encoding)
         if picture.is_depth:
-            raise LogError("is of 16 bits, as distances are; valid are pictures of 8 bits")
+            raise DepthPictureError("is of 16 bits, as distances are; valid are pictures of 8 bits")
         return picture
 
     def _wanted(self, width: int, height: int) -> tuple[int, int]:

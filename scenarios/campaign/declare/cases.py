@@ -28,17 +28,19 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in LIBRARY.glob(f"*{SUFFIX}") if "reference" in _table(path)))
 
 
-def find(names_or_files: Sequence[str], *, runnable: bool = True) -> list[Case]:
+def find(names_or_files: Sequence[str], *, runnable: bool = True, rejudged: bool = False) -> list[Case]:
     """The cases of scenarios by their names, tags, files, or names of single cases; each once.
 
     Where they need not be ``runnable``, as in a list, it is not asked whether they can be run, which is half the time.
+    Where they are ``rejudged``, as localisers of a user are judged in their stead, it is not asked whether expectations
+    decide anything about who is judged by the file: ``with_methods`` gives them their meaning.
 
     Raises ``ScenarioError`` for a name that is none of these, for a file that is no scenario, and for two files of one
     name, whose cases nobody could tell apart.
     """
     found: dict[str, Case] = {}
     ours = () if all(wanted.endswith(SUFFIX) for wanted in names_or_files) else names()
-    for case in (case for wanted in names_or_files for case in _found(wanted, ours, runnable)):
+    for case in (case for wanted in names_or_files for case in _found(wanted, ours, runnable, rejudged)):
         first = found.setdefault(case.name, case)
         if first is not case and first.file.resolve() != case.file.resolve():
             raise ScenarioError(
@@ -47,13 +49,13 @@ def find(names_or_files: Sequence[str], *, runnable: bool = True) -> list[Case]:
     return list(found.values())
 
 
-def _found(wanted: str, ours: Sequence[str], runnable: bool) -> list[Case]:
+def _found(wanted: str, ours: Sequence[str], runnable: bool, rejudged: bool) -> list[Case]:
     """The cases that a name, a tag, a file or a case's name means; ``ours`` are the library's scenarios."""
     if wanted.endswith(SUFFIX):
-        return load(Path(wanted), runnable=runnable)
+        return load(Path(wanted), runnable=runnable, rejudged=rejudged)
     name, stroke, _ = wanted.partition("/")
     if name in ours:
-        cases = load(_ours(name), runnable=runnable)
+        cases = load(_ours(name), runnable=runnable, rejudged=rejudged)
         chosen = [case for case in cases if not stroke or case.name == wanted]
         if not chosen:
             raise ScenarioError(f"case {wanted!r} is unknown; valid are {', '.join(case.name for case in cases)}")
@@ -66,7 +68,7 @@ def _found(wanted: str, ours: Sequence[str], runnable: bool) -> list[Case]:
             f"scenario {wanted!r} is unknown; valid are {', '.join(ours)}, a tag ({valid}), or a path "
             f"that ends in {SUFFIX}"
         )
-    return [case for each in tagged for case in load(_ours(each), runnable=runnable)]
+    return [case for each in tagged for case in load(_ours(each), runnable=runnable, rejudged=rejudged)]
 
 
 def _ours(name: str) -> Path:
@@ -74,8 +76,8 @@ def _ours(name: str) -> Path:
     return LIBRARY / f"{name}{SUFFIX}"
 
 
-def load(path: Path, *, runnable: bool = True) -> list[Case]:
-    """The cases of a scenario file, ``runnable`` as in ``find``.
+def load(path: Path, *, runnable: bool = True, rejudged: bool = False) -> list[Case]:
+    """The cases of a scenario file, ``runnable`` and ``rejudged`` as in ``find``.
 
     Raises ``ScenarioError`` with the file, the key and what is valid.
     """
@@ -88,7 +90,7 @@ def load(path: Path, *, runnable: bool = True) -> list[Case]:
             # Robots, worlds and sensors, which who lists scenarios does not wait for.
             from refseq_bench.scenarios.campaign.declare.checks.runnable import check_runnable
 
-            check_runnable(cases)
+            check_runnable(cases, rejudged=rejudged)
     except input_errors() as error:
         raise ScenarioError(f"{path}: {' '.join(str(error).split())}") from error
     return cases

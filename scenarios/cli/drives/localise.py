@@ -32,7 +32,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from refseq.fault import DeclaredFault
     from refseq.logs import Recording
@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from refseq_bench.scenarios.datasets.ground_truth import PictureTruth
     from refseq_bench.scenarios.drives.evaluate import StageResult
     from refseq_bench.scenarios.scoring.comparison import Comparison
+
+TIMES = "times"
+"""Key of a drive's metadata that folders of pictures have, to say where their times are from."""
 
 LOCALISE_HELP = """Examples:
 
@@ -88,12 +91,25 @@ def localise(
 
 
 def other_worlds(map_: "Map", drive: "Recording") -> str:
-    """Name the worlds of a map and of a drive in a clause, where both are told and the drive's is none of the map's."""
-    learnt = [world for one in map_.sequences if (world := str(one.metadata.get("world", "")))]
-    asked = str(drive.metadata.get("world", ""))
+    """Name the worlds of a map and of a drive in a clause, where both are told and the drive's is none of the map's.
+
+    Empty where no true poses are compared.
+    """
+    from refseq_bench.scenarios.drives.evaluate import comparison_of
+    from refseq_bench.scenarios.scoring.truth import unscored_reason
+
+    learnt = [world for one in map_.sequences if (world := _world_of(one.metadata))]
+    asked = _world_of(drive.metadata)
     if not asked or len(learnt) < len(map_.sequences) or asked in learnt:
         return ""
+    if unscored_reason([comparison_of("", map_, drive, {})]):
+        return ""
     return f"{asked} is the drive's world, and {', '.join(dict.fromkeys(learnt))} the map's"
+
+
+def _world_of(metadata: "Mapping[str, object]") -> str:
+    """The world that a drive was in; empty where a folder's name stands for it, as two of one place have two names."""
+    return "" if TIMES in metadata else str(metadata.get("world", ""))
 
 
 def _ground_truth(

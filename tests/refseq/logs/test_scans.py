@@ -96,7 +96,21 @@ ANGLES = "valid are angles within two turns, and steps not of 0"
             3,
             f"a scan starts at 0.0 rad with steps of 0.0 rad; {ANGLES}",
         ),
-        (0.0, 1.0, 30, "a scan of 30 beams with steps of 1 rad is more than one turn; valid is one turn at most"),
+        (
+            -90.0,
+            1.0,
+            181,
+            f"a scan starts at -90.0 rad with steps of 1.0 rad: are they in degrees?; {ANGLES}",
+        ),
+        (
+            0.0,
+            1.0,
+            30,
+            "a scan of 30 beams with steps of 1 rad is more than one turn: are they in degrees?; valid is one turn at "
+            "most",
+        ),
+        (0.0, 0.3, 30, "a scan of 30 beams with steps of 0.3 rad is more than one turn; valid is one turn at most"),
+        (0.0, 30.0, 30, "a scan of 30 beams with steps of 30 rad is more than one turn; valid is one turn at most"),
         (0.0, 1e-9, 100_001, "a message has 100001 ranges in a scan; valid are at most 100000"),
     ],
 )

@@ -13,12 +13,14 @@ import pytest
 
 from refseq.logs import RecordingWriter
 from refseq.planar import Pose
+from refseq_bench.scenarios.api import run
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import load, names
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.declare.overrides import with_methods
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.templates.my_localiser import MyLocaliser
 from tests.scenarios.campaign.chores import AtOnce
 from tests.scenarios.conftest import Refseq
@@ -176,6 +178,20 @@ def test_wrong_names_are_told_before_anything_runs(refseq: Refseq, here: Path) -
         assert answer.err.startswith(told)
         assert len(answer.err.splitlines()) == 1
     assert not (here / "cache").exists() or not any((here / "cache").iterdir())
+
+
+def test_a_file_that_compares_its_method_with_itself_is_refused_unless_another_is_judged(
+    refseq: Refseq, here: Path
+) -> None:
+    (here / "first.toml").write_text(blocks("toml")[0])
+    (here / "own.py").write_text(OWN)
+    told = "error: first.toml: expect: 'success > success of vlad': compares success with itself, as vlad is judged"
+    assert refseq("scenario", "show", "first.toml").err.startswith(told)
+    assert refseq("scenario", "run", "first.toml").err.startswith(told)
+    judged = refseq("scenario", "run", "first.toml", "--localiser", "own:Bad")
+    assert (judged.code, judged.err.partition(": ")[2][:20]) == (2, "localiser 'own:Bad':")
+    with pytest.raises(ScenarioError, match="localiser 'own:Bad'"):
+        run("first.toml", localisers=["own:Bad"])
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from refseq.logs.source import Channel, LogSource, Role
 from refseq.map.learning import learn as learn_map
 from refseq.planar import Pose
 from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
-from refseq_bench.scenarios.log_tools.checkup import check_log
+from refseq_bench.scenarios.log_tools.checkup import check_log, taken_as
 from refseq_bench.scenarios.log_tools.facts import facts_of
 from refseq_bench.scenarios.log_tools.page import write_checkup
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey
@@ -299,6 +299,13 @@ def test_headings_that_contradict_the_path_are_told_by_check_and_by_what_reads_t
     assert all(told in line and "a table of time,x,y alone (--odometry FILE)" in line for line in warned)
 
 
+@pytest.mark.parametrize(("count", "told"), [(0, "none of its messages is read"), (3, "a second camera")])
+def test_a_camera_that_is_not_taken_is_told_why(tmp_path: Path, count: int, told: str) -> None:
+    plan = check_log(picture_folder(tmp_path / "drive", 2.0), DriveSelection()).plan
+    topic = TopicSurvey(Channel("/cam", "foxglove.CompressedImage", "json", 3, Role.CAMERA), Timing(count))
+    assert taken_as(topic, plan) == f"ignored: {told}"
+
+
 @pytest.mark.parametrize("grey", [0, 128])
 def test_a_camera_alone_that_sees_nothing_does_not_work(tmp_path: Path, grey: int) -> None:
     """The table and all else are told as of any log: it was an error without the file's name."""
@@ -394,12 +401,51 @@ def test_a_laser_in_millimetres_is_not_learnt_and_told_where_it_is(
     assert "laser: half of its ranges are beyond" in caplog.records[-1].getMessage()
 
 
+@pytest.mark.parametrize("image_format", ["png", None])
+def test_a_laser_in_centimetres_is_told_by_the_way_that_it_shows(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, image_format: str | None
+) -> None:
+    setup = RosSetup(image_format=image_format)
+    bag = write_rosbag2(tmp_path / "bag", Troubled(seconds=12.0, unit=1e-2), setup, made_by=FarSeeing)
+    found = check_log(bag, DriveSelection())
+    words = r"laser: its scans show a way \d+ times as long as the odometry's: are its ranges in centimetres\?"
+    for verdict in found.verdicts[:2]:
+        assert re.match(words, verdict.reason)
+        assert verdict.usability is (LIMITED if image_format else FAILS)
+        assert all(" --sensors camera " in command for command in verdict.commands)
+    read_drive(bag, DriveSelection(thin=0.85))
+    assert re.search(words, caplog.records[-1].getMessage())
+
+
+@pytest.mark.parametrize(("unit", "usability"), [(1.0, WORKS), (0.015, FAILS)])
+def test_a_laser_that_is_said_to_see_less_far_than_it_shows_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, unit: float, usability: Usability
+) -> None:
+    """A CARMEN log's laser sees nothing beyond 82 m: of one in another unit next to nothing is left."""
+    drive, log = RobotDrive(seconds=16.0), tmp_path / "drive.log"
+    bearings = np.radians(np.arange(180) - 90)
+    lines = []
+    for time in np.arange(0.0, 16.0, 0.5):
+        pose, ranges = drive.pose(drive.start + time), drive.ranges(drive.start + time, bearings) / unit
+        place = f"{pose.x:.3f} {pose.y:.3f} {pose.heading:.4f}"
+        lines.append(
+            f"FLASER 180 {' '.join(f'{one:.2f}' for one in ranges)} {place} {place} {time:.2f} robot {time:.2f}"
+        )
+    log.write_text("\n".join(lines) + "\n")
+    learn = check_log(log, DriveSelection()).verdicts[0]
+    told = "laser: half of its scans show nothing within 82 m: are its ranges in metres?"
+    assert (learn.usability, learn.reason == told) == (usability, usability is FAILS)
+    read_drive(log, DriveSelection(thin=0.85))
+    assert any(told in one.getMessage() for one in caplog.records) is (usability is FAILS)
+
+
 def picture_folder(folder: Path, per_second: float, count: int = 40) -> Path:
     """A folder of pictures whose names are their times [ms]."""
     folder.mkdir()
     picture = np.random.default_rng(1).integers(0, 255, (480, 640), np.uint8)
     for number in range(count):
-        cv2.imwrite(str(folder / f"{1_760_000_000_000 + round(1000 * number / per_second)}.png"), picture)
+        name = f"{1_760_000_000_000 + round(1000 * number / per_second)}.png"
+        cv2.imwrite(str(folder / name), np.roll(picture, number, axis=1))
     return folder
 
 

@@ -48,7 +48,8 @@ def told(
         "notes": (),
         "losses": list,
     }
-    plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings), views=views, source=source)
+    stamps = {"/camera": SimpleNamespace(usual_size=(640, 480)), "/scan": SimpleNamespace(usual_size=None)}
+    plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings), views=views, source=source, stamps=stamps)
     return list(warnings_of(found, plan, {"laser": SensorClock(given, logged, offset), "camera": SensorClock()}))
 
 

@@ -86,3 +86,16 @@ def test_transforms_without_end_in_one_message_are_damage(tmp_path: Path) -> Non
         LogError, match="topic /tf: a message has 4097 coordinate frames in a log; valid are at most 4096"
     ):
         list(source.samples())
+
+
+@pytest.mark.parametrize("angle", [0.0, -1.5])
+def test_a_scan_whose_angles_are_left_out_is_told_so(tmp_path: Path, angle: float) -> None:
+    context = foxglove.Context()
+    with foxglove.open_mcap(str(tmp_path / "a.mcap"), context=context):
+        laser = channels.LaserScanChannel("/scan", context=context)
+        laser.log(messages.LaserScan(start_angle=angle, end_angle=angle, ranges=[1.0] * 181), log_time=ns(0.5))
+    told = (
+        f"topic /scan: a scan of 181 beams starts and ends at {angle:g} rad; valid are a start_angle and an end_angle"
+    )
+    with pytest.raises(LogError, match=told):
+        list(open_log(tmp_path / "a.mcap").samples())

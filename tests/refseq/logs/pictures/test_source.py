@@ -201,7 +201,8 @@ def test_one_damaged_picture_is_told_and_left_out(tmp_path: Path, how: str, name
     assert [view.distance for view in recording.views] == [0, 1, 1 if name == "0.png" else 2]
     assert recording.metadata["images"] == "8 × 6 pixels, made 640 wide"
     assert recording.findings is not None
-    assert list(recording.findings.losses()) == [f"camera-1: the picture {name} is damaged and left out"]
+    what = "of 16 bits, as distances are," if how == "16 bits" else "damaged"
+    assert list(recording.findings.losses()) == [f"camera-1: the picture {name} is {what} and left out"]
 
 
 def test_pictures_of_another_size_are_counted_before_any_is_decoded(
@@ -235,6 +236,19 @@ def test_folders_that_are_none(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("hello")
     with pytest.raises(LogError, match="is a folder that holds no log"):
         open_log(tmp_path)
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    with pytest.raises(LogError, match=r"it holds nothing; pictures end in \.png, \.jpg, \.jpeg$"):
+        open_log(photos)
+    for name in ("1.BMP", "2.bmp", "3.webp", "README"):
+        (photos / name).write_bytes(b"BM")
+    with pytest.raises(LogError, match=r"it holds 2 \.bmp and 1 \.webp and 1 README; pictures end in \.png"):
+        open_log(photos)
+    write(photos / "day 1", "a.png")
+    (photos / "night").mkdir()
+    held = r"it holds 2 \.bmp and .* and the folders day 1, night, and day 1 is a folder of pictures; pictures end in"
+    with pytest.raises(LogError, match=held):
+        open_log(photos)
     locked = tmp_path / "locked"
     locked.mkdir(mode=0)
     if os.access(locked, os.R_OK):

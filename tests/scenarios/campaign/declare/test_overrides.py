@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.case import Case
-from refseq_bench.scenarios.campaign.declare.cases import load
+from refseq_bench.scenarios.campaign.declare.cases import find, load
 from refseq_bench.scenarios.campaign.declare.overrides import judged_instead, with_methods, with_renderer, with_seeds
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -46,6 +46,16 @@ def test_a_localiser_is_judged_beside_all_that_ran_before(cases: list[Case]) -> 
     assert case.scenario.judged == "topometric"
     assert texts(case) == texts(cases[0])
     assert [one.methods for one in case.expectations] == [(), ("thesis/chain",), ("vlad",)]
+
+
+def test_a_localiser_may_be_compared_with_who_is_judged_by_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(FILE.replace('"vlad"]\n', '"vlad"]\njudged = "vlad"\n'))
+    with pytest.raises(ScenarioError, match="compares failures with itself, as vlad is judged"):
+        find([str(file)])
+    (case,) = with_methods(find([str(file)], rejudged=True), ["topometric"], None)
+    assert case.scenario.judged == "topometric"
+    assert texts(case)[-1] == "failures <= failures of vlad"
 
 
 def test_several_are_judged_each(cases: list[Case]) -> None:

@@ -103,6 +103,17 @@ def test_a_drive_of_another_world_than_the_map_s_is_noted(refseq: Refseq, here: 
     assert (answer.code, answer.err) == (0, "" if world == "hallway" else told)
 
 
+@pytest.mark.parametrize(("true", "told"), [(True, {"times": "by the pictures' names"}), (False, {})])
+def test_worlds_are_not_compared_without_true_poses_or_by_the_names_of_folders(
+    refseq: Refseq, here: Path, true: bool, told: dict[str, str]
+) -> None:
+    with RecordingWriter(here / "of-world.mcap", {"world": "annex", **told}) as writer:
+        for view in corridor_drive(np.random.default_rng(2), count=6, size=96):
+            writer.write(view if true else replace(view, truth=None), Pose(0, 0, 0))
+    answer = refseq("localise", "atlas.refseq", "of-world.mcap", "--stage", "uniform")
+    assert (answer.code, answer.err) == (0, "")
+
+
 @pytest.mark.quick_cases("1.3")
 @pytest.mark.parametrize("scale", [1.0, 1.3])
 def test_an_odometer_whose_metres_are_others_than_the_map_s_is_told(refseq: Refseq, here: Path, scale: float) -> None:
