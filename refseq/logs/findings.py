@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from refseq.logs.source import Channel
+from refseq.logs.unreadable import Unreadable, sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,8 @@ class Findings:
     ``without_odometry`` the moments that were passed over because no odometry reaches them, ``without_truth`` the
     views that no true pose reaches, ``unpaired`` the samples of each sensor that no view took. ``notes`` are sentences
     for the user on what was decided and what is wrong. ``damaged`` are each sensor's pictures that cannot be decoded,
-    by their files' names or times: they are left out.
+    by their files' names or times, ``unreadable`` each topic's messages that are not what their type says: both are
+    left out.
     """
 
     channels: Mapping[str, ChannelFindings] = field(default_factory=dict)
@@ -58,9 +60,11 @@ class Findings:
     unpaired: Mapping[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     damaged: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    unreadable: Mapping[str, Unreadable] = field(default_factory=dict)
 
     def losses(self) -> Iterator[str]:
-        """Sentences on the damaged pictures, one a sensor."""
+        """Sentences on the messages that cannot be read, one a topic, and the damaged pictures, one a sensor."""
+        yield from sentences(self.unreadable)
         for sensor, told in self.damaged.items():
             if len(told) == 1:
                 yield f"{sensor}: the picture {told[0]} is damaged and left out"
