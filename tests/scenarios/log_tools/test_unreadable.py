@@ -43,7 +43,8 @@ def test_a_topic_of_which_none_can_be_read_is_told_in_the_table_and_ends_what_ne
     path = write_json(tmp_path / "a.mcap", **changed)
     checkup = check_log(path, DriveSelection())
     assert checkup.taken[topic] == "ignored: none of its messages can be read"
-    line = f"topic {topic}: the message logged at {START}.000000 s is not readable, nor are the other {VIEWS - 1}: {REASON}"
+    place = f"the message logged at {START}.000000 s"
+    line = f"topic {topic}: {place} is not readable, nor are the other {VIEWS - 1}: {REASON}"
     assert checkup.warnings == (line,)
     assert {(one.usability, one.reason) for one in checkup.verdicts} == {(Usability.FAILS, line)}
     with pytest.raises(LogError) as caught:
