@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from refseq.logs.source import Channel
+from refseq.logs.unreadable import Unreadable, sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,8 @@ class Findings:
     ``without_odometry`` the moments that were passed over because no odometry reaches them, ``without_truth`` the
     views that no true pose reaches, ``unpaired`` the samples of each sensor that no view took. ``notes`` are sentences
     for the user on what was decided and what is wrong. ``damaged`` are each sensor's pictures that cannot be decoded,
-    by their files' names or times: they are left out; ``deep`` are those of them that are whole, but of 16 bits.
+    by their files' names or times, of which ``deep`` are those that are whole, but of 16 bits; ``unreadable`` each
+    topic's messages that are not what their type says: all are left out.
     """
 
     channels: Mapping[str, ChannelFindings] = field(default_factory=dict)
@@ -59,9 +61,11 @@ class Findings:
     notes: tuple[str, ...] = ()
     damaged: Mapping[str, Sequence[str]] = field(default_factory=dict)
     deep: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    unreadable: Mapping[str, Unreadable] = field(default_factory=dict)
 
     def losses(self) -> Iterator[str]:
-        """Sentences on the damaged pictures, and on those of 16 bits, one a sensor."""
+        """Sentences on messages that are not readable, by topic, and on pictures damaged or of 16 bits, by sensor."""
+        yield from sentences(self.unreadable)
         for sensor, every in self.damaged.items():
             deep = self.deep.get(sensor, ())
             of = {"damaged": [one for one in every if one not in deep], "of 16 bits, as distances are,": deep}

@@ -114,8 +114,17 @@ def open_log(path: Path | str) -> LogSource:
         head = file.read(4096)
     if not head.strip():
         raise LogError(f"{path}: is empty; {valid}")
+    if _unpacks_to_nothing(path, head):
+        raise LogError(f"{path}: is empty once unpacked; {valid}")
     if head.startswith(b"PK\3\4") and b"map.json" in head:
         raise LogError(f"{path}: is a map (.refseq), no log; {valid}")
     if head[4:8] == b"ftyp" or head.startswith((b"\x1aE\xdf\xa3", b"RIFF")):
         raise LogError(f"{path}: is a video; valid is a folder of its pictures, as ffmpeg -i writes them")
     raise LogError(f"{path}: is neither MCAP (its magic bytes are missing) nor text; {valid}")
+
+
+def _unpacks_to_nothing(path: Path, head: bytes) -> bool:
+    """Tell whether compressed data hold no text."""
+    from refseq.logs.carmen.text import is_blank, is_packed
+
+    return is_packed(head) and is_blank(path)

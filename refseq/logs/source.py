@@ -13,6 +13,7 @@ from typing import Protocol
 from refseq.limits import SECONDS
 from refseq.logs.decoding.picture import LazyPicture
 from refseq.logs.transforms import Transform
+from refseq.logs.unreadable import Unreadable
 from refseq.planar import Pose
 from refseq.view import Scan
 
@@ -158,6 +159,11 @@ class LogSource(Protocol):
         ...
 
     @property
+    def unreadable(self) -> Mapping[str, Unreadable]:
+        """Messages that are not what their type says, by topic, as far as the log was last read; they are left out."""
+        ...
+
+    @property
     def has_moments(self) -> bool:
         """True where the log itself says which samples belong to one view, by ``Sample.moment``."""
         ...
@@ -166,7 +172,8 @@ class LogSource(Protocol):
         """Samples of the topics asked for, by default of all whose role is not ``IGNORED``, in the order of the log.
 
         May be called as often as one likes. Where the log was cut off, the samples end there and ``complete`` becomes
-        False. Raises ``LogError`` for a message that does not fit its type.
+        False; a message that does not fit its type is left out, and counted as ``unreadable``. Raises ``LogError`` for
+        a line of text that does not fit its kind, and for a log that holds more than it may.
         """
         ...
 

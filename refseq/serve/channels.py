@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mcap.exceptions import McapError
 from mcap.records import Channel, Schema
 
 from refseq.errors import LogError
@@ -78,10 +77,8 @@ def _foxglove(told: ClientChannel) -> Callable[[bytes, int], Sample | None]:
                 return None
             # Whoever has no clock can leave the stamp out here; a log of theirs cannot be written anew.
             time = seconds_of(now if message.stamp is None else message.stamp)
-        except McapError as error:
-            raise FoxgloveProtocolError(f"topic {told.topic}: is no {told.schema_name}: {error}") from error
         except LogError as error:
-            raise FoxgloveProtocolError(f"topic {told.topic}: {error}") from error
+            raise FoxgloveProtocolError(f"topic {told.topic}: is no {told.schema_name}: {error}") from error
         if isinstance(message.content, Scan) and not len(message.content.ranges):  # in JSON: a field that is misspelt
             raise FoxgloveProtocolError(f"topic {told.topic}: a scan has no ranges; valid is a list of them [m]")
         return Sample(

@@ -10,19 +10,20 @@ import re
 import tempfile
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
 
-from refseq.drafts import locked
-from refseq.files import replace_text
+from refseq.drafts import draft_folder, locked
+from refseq.files import followed, put, replace_text
 from refseq_bench.scenarios.campaign.case_types import case_page, case_record
 from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.judge.records import open_record
 from refseq_bench.scenarios.campaign.pages.index import index_page
-from refseq_bench.scenarios.campaign.pages.junit import write_junit
+from refseq_bench.scenarios.campaign.pages.junit import JUNIT, write_junit
 from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot, sweep_plot_of
 from refseq_bench.scenarios.campaign.pages.verdicts import INDEX
 from refseq_bench.scenarios.campaign.run.machine import this_machine
@@ -52,9 +53,17 @@ class Results:
             machine=this_machine(),
             cases=tuple(open_record(case) for case in cases),
         )
+        new = not folder.exists()
         _check(folder)
         _claim(folder)
-        self._write()
+        try:
+            self._write()
+        except BaseException:
+            _leave(folder)
+            if new:
+                with suppress(OSError):  # not empty, or another's by now
+                    folder.rmdir()
+            raise
 
     def add(self, result: Judged) -> None:
         """Write the page of a case that was judged, and the campaign's files anew."""
@@ -75,10 +84,12 @@ class Results:
         _leave(self.folder)
 
     def _write(self) -> None:
-        with writing(self.folder):
-            write_result(self.folder, self._record)
-            write_junit(self.folder, self._record)
-            replace_text(self.folder / INDEX, index_page(self._record, self._plots()))
+        with writing(self.folder), draft_folder(self.folder) as drafts:
+            write_result(drafts, self._record)
+            write_junit(drafts, self._record)
+            replace_text(drafts / INDEX, index_page(self._record, self._plots()))
+            for name in (RESULT, JUNIT, INDEX):  # once all of them are on the disk, however full it is
+                put(drafts / name, followed(self.folder / name))
         if self._record.complete:
             _leave(self.folder)
 

@@ -125,16 +125,25 @@ def command_tree(*asked: str) -> typer.core.TyperGroup:
 
 
 def exit_code(words: list[str]) -> int:
-    """Run one command; what went wrong is told in one line."""
+    """Run one command; what went wrong is told in one line, and nothing where nobody reads it."""
+    try:
+        return _carried_out(words)
+    except (BrokenPipeError, SystemExit) as leave:
+        # Rich's own consoles, which print the help, end the program with 1 there: a verdict.
+        if isinstance(leave, SystemExit) and not isinstance(leave.__context__, BrokenPipeError):
+            raise
+        _print_nothing_more()
+        return UNREAD  # as a shell tells of those whom the system ends for it
+
+
+def _carried_out(words: list[str]) -> int:
+    """The exit code of one command. Raises ``BrokenPipeError`` where whoever read the output has enough."""
     if why := _hindrance(words):
         return _told(f"error: {why}", BAD_INPUT)
     asked = [word for word in words if not word.startswith("-")][:1]
     try:
-        with command_tree(*(name for name in asked if name in NAMES)).make_context("refseq", words) as context:
-            context.command.invoke(context)
+        code = _invoked(command_tree(*(name for name in asked if name in NAMES)), words)
         sys.stdout.flush()
-    except typer.Exit as leave:
-        return leave.exit_code
     except typer.Abort:
         return _told("aborted", BELOW)
     except KeyboardInterrupt as stop:
@@ -145,9 +154,8 @@ def exit_code(words: list[str]) -> int:
         return _told(f"error: {in_one_line(error)}", BAD_INPUT)
     except MemoryError:
         return _told("error: the memory of this machine is not enough for what was asked", BAD_INPUT)
-    except BrokenPipeError:  # whoever read our output has enough: as a shell tells of those whom the system ends for it
-        _print_nothing_more()
-        return UNREAD
+    except BrokenPipeError:
+        raise
     except Exception as error:
         if isinstance(error, OSError) and error.errno in FULL and error.filename is None:
             _print_nothing_more()
@@ -162,6 +170,16 @@ def exit_code(words: list[str]) -> int:
         if isinstance(error, input_errors()):
             return _told("; ".join([f"error: {error}", *_notes(error)]), BAD_INPUT)
         raise
+    return code
+
+
+def _invoked(tree: typer.core.TyperGroup, words: list[str]) -> int:
+    """The exit code that a command leaves with."""
+    try:
+        with tree.make_context("refseq", words) as context:
+            context.command.invoke(context)
+    except typer.Exit as leave:
+        return leave.exit_code
     return 0
 
 

@@ -15,9 +15,15 @@ LEFT_OUT = "left_out"
 
 def views_left_out(drive: "Recording") -> dict[str, str]:
     """Note of the views left out; none where all are there, as those are that another sensor has seen."""
-    damaged = drive.findings.damaged if drive.findings else {}
-    told = [f"{sensor}: {len(those)}, the first {those[0]}" for sensor, those in damaged.items() if those]
-    return {LEFT_OUT: told[0]} if len(damaged) == len(told) == 1 else {}
+    if not (found := drive.findings):
+        return {}
+    damaged = {sensor: (len(those), those[0]) for sensor, those in found.damaged.items() if those}
+    for topic, lost in found.unreadable.items():
+        if sensor := found.sensors.get(topic):
+            count, first = damaged.get(sensor, (0, lost.first.place))
+            damaged[sensor] = count + lost.count, first
+    told = [f"{sensor}: {count}, the first {first}" for sensor, (count, first) in damaged.items()]
+    return {LEFT_OUT: told[0]} if len(found.damaged) == len(told) == 1 else {}
 
 
 def check_all_views(metadata: Mapping[str, str], path: Path) -> None:

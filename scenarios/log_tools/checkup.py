@@ -13,6 +13,7 @@ from refseq.errors import LogError
 from refseq.logs import open_log
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import LogSource, Role
+from refseq.logs.unreadable import Unreadable
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection, truth_delay
 from refseq_bench.scenarios.drives.odometry_doubts import (
@@ -145,7 +146,7 @@ def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
         travel=prospect.travel,
         clocks=clocks,
         cost=cost,
-        taken={topic.name: taken_as(topic, plan) for topic in found.topics},
+        taken={topic.name: taken_as(topic, plan, source.unreadable.get(topic.name)) for topic in found.topics},
         warnings=(
             *([f"{course}. {HEADED}"] if course else ()),
             *doubts,
@@ -229,8 +230,10 @@ def _sample_views(found: LogSurvey, plan: ViewPlan, left_out: Collection[str]) -
     return [View(0.0, {name: found[k][1].decode() for name, found in pictures.items()}, scan) for k in range(count)]
 
 
-def taken_as(topic: TopicSurvey, plan: ViewPlan | None) -> str:
-    """Say what a topic is taken as, or why nothing is read from it."""
+def taken_as(topic: TopicSurvey, plan: ViewPlan | None, lost: Unreadable | None = None) -> str:
+    """Say what a topic is taken as, or why nothing is read from it; ``lost`` are those of its messages."""
+    if lost and lost.is_all and topic.channel.role is not Role.IGNORED:
+        return "ignored: none of its messages can be read"
     role, findings = topic.channel.role, plan.findings if plan else None
     if findings and (sensor := findings.sensors.get(topic.name)):
         return f"camera {sensor}{_size(topic)}" if sensor != LASER else f"laser{_beams(topic)}"

@@ -23,6 +23,7 @@ def info_record(found: LogSurvey) -> Record:
         "damage": source.damage,
         "topics": [_topic_record(topic) for topic in found.topics],
         "skipped": source.skipped,
+        "unreadable": {topic: lost.told for topic, lost in source.unreadable.items()},
         "metadata": source.metadata,
     }
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from refseq.logs.findings import Findings
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import EMPTY, NO_VALUE, Role
+from refseq.logs.unreadable import sentences
 from refseq.view import LASER
 from refseq_bench.scenarios.log_tools.clocks.late import SensorClock, late_words
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, scans_of, topic_of
@@ -27,7 +28,9 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, clocks: Mapping[str, Se
         lines.append(f"the log is incomplete: {found.source.damage}; what lies before is read")
     lines += _of_clocks(found)
     lines += _of_empty(found)
-    if plan is not None:
+    if plan is None:
+        lines += sentences(found.source.unreadable)
+    else:
         lines += _of_sensor_clocks(plan.findings, clocks)
         lines += _of_pairing(found, plan.findings)
         lines += unit_doubts(found, plan)

@@ -1,5 +1,6 @@
 """One line of a log and its fields."""
 
+from codecs import BOM_UTF8
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +41,9 @@ class CarmenLine:
         try:
             values = np.array(self.fields[start:stop], dtype=float)
         except ValueError as error:
-            raise self.error(f"{error!s:.200}; valid are numbers in fields {start} to {stop - 1}") from error
+            bad = next(number for number in range(start, stop) if not _is_number(self.fields[number]))
+            told = f"field {bad} is {self.fields[bad]:.40}; valid are numbers in fields {start} to {stop - 1}"
+            raise self.error(told) from error
         if not (wrong := ~(np.abs(values) <= MOST)).any():
             return values
         bad = int(np.flatnonzero(wrong)[0])
@@ -63,9 +66,19 @@ class CarmenLine:
             raise self.error(f"has {len(self.fields)} fields; valid are {length}{why}")
 
 
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
 def lines_in(path: Path) -> Iterator[CarmenLine]:
     """Lines that are neither blank nor comments. Raises ``CutOffError`` where compressed data end before their time."""
     for number, text in enumerate(text_lines(path), 1):
+        if number == 1:  # editors of Windows put it before all else
+            text = text.removeprefix(BOM_UTF8)
         fields = text.decode("utf-8", errors="replace").split()
         if fields and not fields[0].startswith("#"):
             yield CarmenLine(path, number, fields, text.endswith(b"\n"))

@@ -11,6 +11,7 @@ from refseq.logs.carmen.line import CarmenLine, lines_in
 from refseq.logs.carmen.text import CutOffError
 from refseq.logs.closing import CuttableLog
 from refseq.logs.source import Channel, Role, Sample
+from refseq.logs.unreadable import ALL_READABLE
 from refseq.planar import Pose, in_world, relative_pose
 from refseq.view import LASER
 
@@ -64,6 +65,7 @@ class CarmenSource(CuttableLog):
 
     kind = "a CARMEN log"
     has_moments = True
+    unreadable = ALL_READABLE
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -27,6 +27,20 @@ def is_carmen(path: Path) -> bool:
     return b"\0" not in head and bool(head.strip())
 
 
+def is_packed(head: bytes) -> bool:
+    """Tell by a file's first bytes whether gzip or bzip2 compressed it."""
+    return head[:2] == b"\x1f\x8b" or head[:3] == b"BZh"
+
+
+def is_blank(path: Path) -> bool:
+    """Tell whether a text begins with nothing but blanks; false for one that is damaged."""
+    with _opened(path) as file:
+        try:
+            return not file.read(4096).strip()
+        except (EOFError, zlib.error, OSError):
+            return False
+
+
 def text_lines(path: Path) -> Iterator[bytes]:
     """All lines, as they are. Raises ``CutOffError`` where compressed data end before their time."""
     unpacked, lines = UNPACKED_TEXT.of(path), MESSAGES.of(path)
@@ -41,7 +55,9 @@ def text_lines(path: Path) -> Iterator[bytes]:
 def _next_line(file: IO[bytes]) -> bytes:
     try:
         return file.readline(LINE_BYTES + 1)
-    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+    except EOFError as error:
+        raise CutOffError("its compressed data end before their time") from error
+    except (zlib.error, gzip.BadGzipFile) as error:
         raise CutOffError(str(error) or "compressed data end") from error
     except OSError as error:
         if error.errno is None:  # bz2 has no error of its own for damaged data

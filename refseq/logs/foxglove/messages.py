@@ -1,22 +1,19 @@
 """Foxglove's messages, Protobuf or JSON, as contents of samples."""
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import astuple, dataclass
-from datetime import UTC, datetime
 from typing import Any
 
 from foxglove import messages
-from google.protobuf import json_format  # type: ignore[import-untyped]
-from mcap.exceptions import McapError
 from mcap.records import Channel, Schema
 from mcap_protobuf.decoder import DecoderFactory
 
 from refseq.errors import LogError
-from refseq.limits import FRAMES, JSON_BYTES, MESSAGE_BYTES
+from refseq.limits import FRAMES, MESSAGE_BYTES
 from refseq.logs.decoding.picture import CompressedPicture, RawPicture
 from refseq.logs.decoding.unpacking import translating
+from refseq.logs.foxglove.json_messages import from_json
 from refseq.logs.scans import scan_of
 from refseq.logs.source import NANOSECONDS, CameraCalibration, Content, GeoFix, Role
 from refseq.logs.transforms import Transform, pose_of_message
@@ -76,13 +73,13 @@ class MessageDecoder:
     def decode(self, channel: Channel, schema: Schema, data: bytes) -> FoxgloveMessage | None:
         """Decode one message; None of one that tells nothing.
 
-        Raises ``McapError`` for bytes that make none, and ``LogError`` for values that are not valid.
+        Raises ``LogError`` for bytes that make none, and for values that are not valid.
         """
         decoder = self._decoder(channel, schema)
         assert decoder is not None, "asked only for channels that it reads"
         if role_of(schema.name, channel.topic) is not Role.CAMERA:
             MESSAGE_BYTES.check(len(data), "a message has")
-        with translating(lambda reason: McapError(f"bytes that make no record: {reason}")):
+        with translating(LogError):
             return _converted(schema.name, decoder(data))
 
     def _decoder(self, channel: Channel, schema: Schema | None) -> Callable[[bytes], Any] | None:
@@ -95,9 +92,9 @@ class MessageDecoder:
             return None
         match channel.message_encoding, schema.encoding:
             case "json", _:
-                return _from_json(self._own(schema.name))
+                return from_json(self._own(schema.name))
             case "protobuf", "protobuf":
-                return self._own(schema.name)
+                return _from_protobuf(self._own(schema.name))
         return None
 
     def _own(self, name: str) -> Callable[[bytes], Any]:
@@ -109,29 +106,15 @@ class MessageDecoder:
         return decoder
 
 
-def _from_json(own: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
-    """Decode JSON by way of the Protobuf schema of the same name, which says what each field must be."""
+def _from_protobuf(own: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
+    """Decode Protobuf, whose library has its own words for what is none."""
 
     def decode(data: bytes) -> Any:
-        JSON_BYTES.check(len(data), "a message has")
-        # Python's own writer has Infinity and NaN without quotes: as text they are Protobuf's.
-        told = json.loads(data, parse_constant=str)
-        return json_format.ParseDict(_as_protobuf(told), own(b""), ignore_unknown_fields=True)
+        other = ", but look like JSON" if data[:1] in (b"{", b"[") else ""
+        with translating(lambda _: LogError(f"its bytes are no Protobuf{other}")):
+            return own(data)
 
     return decode
-
-
-def _as_protobuf(value: Any) -> Any:
-    """Foxglove's JSON in Protobuf's: times are strings there, and no number (null) is NaN."""
-    match value:
-        case {"sec": int() as seconds, "nsec": int() as nanoseconds}:
-            whole = datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%S")
-            return f"{whole}.{nanoseconds:09d}Z"
-        case dict():
-            return {key: _as_protobuf(inner) for key, inner in value.items() if inner is not None}
-        case list():
-            return ["NaN" if inner is None else _as_protobuf(inner) for inner in value]
-    return value
 
 
 def _converted(schema: str, message: Any) -> FoxgloveMessage | None:
@@ -177,10 +160,10 @@ def _stamped(message: Any, content: Content | None, child: str = "") -> Foxglove
 
 def _scan(message: Any) -> Any:
     count = len(message.ranges)
-    if count > 1 and message.start_angle == message.end_angle:
+    if count > 1 and message.start_angle == message.end_angle:  # 0 and 0, where a writer has left them out
         raise LogError(
-            f"a scan of {count} beams starts and ends at {message.start_angle:g} rad; valid are a start_angle and an "
-            "end_angle of the first and the last beam [rad], which left out are 0"
+            f"its start_angle and its end_angle are {message.start_angle:g}; valid are the bearings of the first beam "
+            "and of the last [rad]"
         )
     step = (message.end_angle - message.start_angle) / max(1, count - 1)
     return scan_of(message.ranges, float(message.start_angle), float(step) or 1.0)

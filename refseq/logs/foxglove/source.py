@@ -15,7 +15,8 @@ from refseq.logs.foxglove.index import McapIndex, index_of
 from refseq.logs.foxglove.messages import MessageDecoder, role_of
 from refseq.logs.foxglove.records import McapMessage, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME, PROFILE
-from refseq.logs.source import EMPTY, Channel, Content, Role, Sample, seconds_of
+from refseq.logs.source import EMPTY, NANOSECONDS, Channel, Content, Role, Sample, seconds_of
+from refseq.logs.unreadable import Unreadable, UnreadableMessageError, UnreadableTally
 
 
 class FoxgloveSource(CuttableLog):
@@ -29,6 +30,7 @@ class FoxgloveSource(CuttableLog):
         self._index = index_of(path)
         self._cut = self._index.damage
         self._empty: Counter[str] = Counter()  # messages that told nothing when they were last read, by topic
+        self._tally = UnreadableTally()
         # Of a topic's channels the one that is read is the last, so that it is the one of tables by topic.
         found = _channels(self._index, self._decoder)
         self.channels = tuple(sorted(found, key=lambda one: (one.topic, one.role is not Role.IGNORED)))
@@ -54,17 +56,23 @@ class FoxgloveSource(CuttableLog):
         return {schema: count for schema, count in found.items() if count}
 
     @property
+    def unreadable(self) -> Mapping[str, Unreadable]:
+        """Messages that are not what their schema says, by topic."""
+        return self._tally.found
+
+    @property
     def has_moments(self) -> bool:
         """True for the bench's own recordings, by the profile in the file's head."""
         return self._index.profile == PROFILE
 
     def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
-        """Samples of the topics asked for. Raises ``LogError`` for a message with impossible values."""
+        """Samples of the topics asked for; messages that are none are left out, and ``unreadable``."""
         wanted = {
             channel.topic: channel.schema
             for channel in self.channels
             if channel.role is not Role.IGNORED and (topics is None or channel.topic in topics)
         }
+        self._tally.begin(wanted)
         for topic in wanted:
             self._empty.pop(topic, None)
         whole = False
@@ -86,6 +94,7 @@ class FoxgloveSource(CuttableLog):
         if schema is None or not self._decoder.reads(channel, schema):
             return None
         logged = record.message.log_time
+        self._tally.see(channel.topic)
         try:
             message = self._decoder.decode(channel, schema, record.message.data)
             if message is None:
@@ -94,16 +103,17 @@ class FoxgloveSource(CuttableLog):
             content: Content | None = message.content
             if schema.name == "foxglove.CompressedVideo" and isinstance(content, CompressedPicture):
                 content = videos.setdefault(channel.topic, VideoStream()).picture(content.data, content.encoding)
-            time = seconds_of(message.stamp or logged)
+            times = seconds_of(message.stamp or logged), seconds_of(logged)
         except LogError as error:
-            raise LogError(f"{self.path}: topic {channel.topic}: {error}") from error
+            valid = f"{schema.name} as {channel.message_encoding}"
+            self._tally.lose(UnreadableMessageError(channel.topic, logged / NANOSECONDS, str(error), valid))
+            return None
         if content is None:  # nothing can be seen before the first key frame
             self._empty[channel.topic] += 1
             return None
         return Sample(
             channel.topic,
-            time,
-            seconds_of(logged),
+            *times,
             message.frame.removeprefix("/"),
             content,
             message.child.removeprefix("/"),

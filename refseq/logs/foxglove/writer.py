@@ -5,10 +5,12 @@ Topics: ``/<camera>`` CompressedImage (PNG), ``/laser`` LaserScan, ``/odometry``
 drive was made.
 """
 
-from collections.abc import Mapping
-from contextlib import AbstractContextManager, suppress
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from io import FileIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import foxglove
 from foxglove import messages
@@ -29,6 +31,9 @@ from refseq.logs.rig import SensorRig
 from refseq.logs.writing import words_of, writable
 from refseq.planar import Pose
 from refseq.view import LASER, View
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 PROFILE = METADATA_NAME = "refseq"
 ODOMETRY_TOPIC = "/odometry"
@@ -64,21 +69,26 @@ class RecordingWriter(ClosedAtExit):
         self._context = foxglove.Context()
         self._images: dict[str, CompressedImageChannel] = {}
         try:
-            with self._telling():
+            with naming_writes(path, LogError):
                 self._place = followed(path)
                 self._file = _new_file(self._place.with_name(f"{self._place.stem}.partial.mcap"))
         except ValueError as error:
             raise LogError(f"{path}: cannot be written: {error}") from error
-        self.partial = Path(self._file.name)
-        with self._telling():
-            self._writer = foxglove.open_mcap(
-                self._file,
-                context=self._context,
-                # PNG does not shrink further, and an uncompressed chunk survives a cut in its middle the best.
-                writer_options=MCAPWriteOptions(compression=None, profile=PROFILE),
-            )
-        self._open, self._placed = True, False
-        self.note(metadata)
+        self.partial = Path(str(self._file.name))
+        with ExitStack() as undo:  # nothing stays of a file that could not be begun
+            undo.callback(self.partial.unlink, missing_ok=True)
+            undo.callback(self._file.close)
+            with self._telling():
+                self._writer = foxglove.open_mcap(
+                    self._file,
+                    context=self._context,
+                    # PNG does not shrink further, and an uncompressed chunk survives a cut in its middle the best.
+                    writer_options=MCAPWriteOptions(compression=None, profile=PROFILE),
+                )
+                undo.callback(self._writer.close)
+            self._open, self._placed = True, False
+            self.note(metadata)
+            undo.pop_all()
         self._laser = LaserScanChannel(f"/{LASER}", context=self._context)
         self._odometry = OdometryChannel(ODOMETRY_TOPIC, context=self._context)
         self._truth = PoseInFrameChannel(TRUTH_TOPIC, context=self._context)
@@ -154,14 +164,54 @@ class RecordingWriter(ClosedAtExit):
         finally:
             self._file.close()
 
-    def _telling(self) -> AbstractContextManager[None]:
-        """Name the file in what goes wrong with writing."""
-        return naming_writes(self.path, LogError, RuntimeError)
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Name the file in what goes wrong with writing, with the system's reason."""
+        with naming_writes(self.path, LogError, RuntimeError):
+            try:
+                yield
+            finally:
+                if self._file.refusal is not None:
+                    raise self._file.refusal
 
 
-def _new_file(path: Path) -> FileIO:
+class _PatientFile(FileIO):
+    """A file that keeps the system's ``refusal`` to write, as of a full disk, and from then on only seems written.
+
+    Foxglove's writer would tell of it in a riddle, and print it as well, once more when it is thrown away.
+    """
+
+    refusal: OSError | None = None
+    _at = _end = 0  # where it would stand, and end
+
+    def write(self, data: "ReadableBuffer", /) -> int:
+        """Write what the system takes."""
+        if self.refusal is None:
+            try:
+                return super().write(data)
+            except OSError as error:
+                self.refusal = error
+                self._at = self._end = super().tell()
+        size = memoryview(data).nbytes
+        self._at += size
+        self._end = max(self._end, self._at)
+        return size
+
+    def tell(self) -> int:
+        """Tell where it stands, or would."""
+        return super().tell() if self.refusal is None else self._at
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
+        """Move there, or tell where that would be."""
+        if self.refusal is None:
+            return super().seek(offset, whence)
+        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._end}[whence]
+        return self._at
+
+
+def _new_file(path: Path) -> _PatientFile:
     """Make a file that is not there yet, and write to what was made, not to a link that was put in its place."""
     for name in free_names(path):
         with suppress(FileExistsError):
-            return name.open("xb", buffering=0)
+            return _PatientFile(name, "xb")
     raise AssertionError

@@ -19,7 +19,7 @@ from refseq.logs.pairing.sensors import Choice, choose
 from refseq.logs.pairing.survey import Survey, TopicStamps, survey
 from refseq.logs.recording import Recording, views_of
 from refseq.logs.scans import mounted
-from refseq.logs.source import LogSource
+from refseq.logs.source import LogSource, Role
 from refseq.logs.thin import chosen, thinned, with_odometry_noise
 from refseq.logs.trajectory import Trajectory
 from refseq.logs.transforms import TransformTree
@@ -126,6 +126,8 @@ def plan_views(source: LogSource, options: PairingOptions | None = None) -> View
     asked = options or PairingOptions()
     found = survey(source)
     choice = choose(found, asked)
+    if why := _unreadable(source, choice):
+        raise LogError(f"{source.path}: {why}")
     if not choice.sensors:
         raise LogError(f"{source.path}: {_nothing(source)}")
     lost = {topic: found.stamps[topic].lost for topic in choice.sensors}
@@ -137,6 +139,24 @@ def plan_views(source: LogSource, options: PairingOptions | None = None) -> View
     told, track = _findings(found, choice, planned), choice.odometry or choice.truth
     motion = track.poses if track else None
     return ViewPlan(source, told, views, planned.moments, choice.base, found.tree, stamps, motion)
+
+
+def _unreadable(source: LogSource, choice: Choice) -> str:
+    """A sentence on a topic of which no message can be read, and without which views would be others; else empty.
+
+    Without transforms nobody knows where a sensor looks, without odometry how far the robot went. Other sensors, and
+    poses from elsewhere, do without it.
+    """
+    roles = {channel.topic: channel.role for channel in source.channels}
+    missing = {Role.TRANSFORMS}
+    if choice.odometry is None:
+        missing.add(Role.ODOMETRY)
+    if not choice.sensors:
+        missing |= {Role.CAMERA, Role.LASER}
+    told = (
+        found.told for topic, found in sorted(source.unreadable.items()) if found.is_all and roles[topic] in missing
+    )
+    return next(told, "")
 
 
 def _nothing(source: LogSource) -> str:
@@ -172,6 +192,7 @@ def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
         (*found.notes, *_of_names(found.source), *choice.notes),
         {sensor: found.stamps[topic].lost_at() for topic, sensor in choice.sensors.items()},
         {sensor: found.stamps[topic].deep_at() for topic, sensor in choice.sensors.items()},
+        dict(found.source.unreadable),
     )
 
 

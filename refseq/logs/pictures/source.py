@@ -18,6 +18,7 @@ from refseq.limits import FILES, PICTURE_BYTES
 from refseq.logs.decoding.picture import CompressedPicture, DepthPictureError, check_size
 from refseq.logs.pictures.names import PICTURES, in_order
 from refseq.logs.source import Channel, Role, Sample
+from refseq.logs.unreadable import ALL_READABLE
 from refseq.planar import Pose
 from refseq.view import ASSUMED
 
@@ -119,6 +120,7 @@ class PictureFolder:
     complete = True
     damage = ""
     has_moments = True
+    unreadable = ALL_READABLE
 
     def __init__(self, path: Path, *, spacing: float = 1.0, width: int = WIDTH) -> None:
         self.path = path

@@ -13,6 +13,7 @@ from refseq.logs.ros.decoder import RosDecoder, Serialization
 from refseq.logs.ros.files import BagFiles, open_bag
 from refseq.logs.ros.storage import DamagedBagError, StoredMessage
 from refseq.logs.source import EMPTY, Channel, Role, Sample
+from refseq.logs.unreadable import Unreadable, UnreadableMessageError, UnreadableTally
 
 VIEWS_KEY = "refseq_views"
 """Note in the metadata of a bag of ours: messages of one view have one log time. Its value: topic → camera's name."""
@@ -33,6 +34,7 @@ class RosBag(CuttableLog):
         self._cut = self._bag.damage
         self._decoders = {one: RosDecoder(one) for one in Serialization}
         self._empty: dict[str, tuple[str, int]] = {}  # by topic: what told nothing when it was last read
+        self._tally = UnreadableTally()
         self._cameras = _cameras_in(self._bag.metadata.get(VIEWS_KEY, "{}"))
         # Of a topic's channels the one that is read is the last, so that it is the one of tables by topic.
         self.channels = tuple(sorted(self._channels(), key=lambda one: (one.topic, one.role is not Role.IGNORED)))
@@ -77,16 +79,23 @@ class RosBag(CuttableLog):
             counts[kind] += number
         return {kind: count for kind, count in counts.items() if count}
 
+    @property
+    def unreadable(self) -> Mapping[str, Unreadable]:
+        """Messages that are not what their type says, by topic."""
+        return self._tally.found
+
     def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
         """Samples of the topics asked for, in the order of the bag.
 
-        Raises ``LogError`` for a message that does not fit its type, and for a bag that is damaged before its first.
+        Messages that do not fit their type are left out, and ``unreadable``. Raises ``LogError`` for a bag that is
+        damaged before its first.
         """
         wanted = {
             channel.topic: channel
             for channel in self.channels
             if channel.role is not Role.IGNORED and (topics is None or channel.topic in topics)
         }
+        self._tally.begin(wanted)
         for topic in wanted:
             self._empty.pop(topic, None)
         begun = False
@@ -102,10 +111,12 @@ class RosBag(CuttableLog):
             self._cut = error.reason
 
     def _sample(self, channel: Channel, stored: StoredMessage) -> Sample | None:
+        self._tally.see(channel.topic)
         try:
             sample = self._decoders[Serialization(channel.encoding)].sample(*stored)
-        except LogError as error:
-            raise LogError(f"{self.path}: {error}") from error
+        except UnreadableMessageError as error:
+            self._tally.lose(error)
+            return None
         if sample is None:
             kind, number = self._empty.get(channel.topic, (f"{channel.schema}{EMPTY}", 0))
             self._empty[channel.topic] = kind, number + 1

@@ -18,6 +18,7 @@ from refseq.limits import MESSAGE_BYTES
 from refseq.logs.decoding.unpacking import translating
 from refseq.logs.ros.contents import ROS_TYPES, role_of
 from refseq.logs.source import NANOSECONDS, Role, Sample, seconds_of
+from refseq.logs.unreadable import UnreadableMessageError
 
 
 class Serialization(StrEnum):
@@ -58,7 +59,7 @@ class RosDecoder:
     def sample(self, topic: str, type_name: str, logged: int, data: bytes) -> Sample | None:
         """The message that was ``logged`` [ns] on a topic; None for one that tells nothing.
 
-        Raises ``LogError`` for bytes that are no such message.
+        Raises ``UnreadableMessageError`` for bytes that are no such message.
         """
         known = ROS_TYPES[type_name]
         try:
@@ -66,16 +67,13 @@ class RosDecoder:
                 MESSAGE_BYTES.check(len(data), "it has")
             with translating(LogError):
                 told = known.told(self._message(type_name, data), topic)
-            time = seconds_of(told.stamp or logged)
+            times = seconds_of(told.stamp or logged), seconds_of(logged)
         except LogError as error:
-            raise LogError(
-                f"topic {topic}: the message logged at {logged / NANOSECONDS:.6f} s is not readable: {error}; "
-                f"valid is {type_name}"
-            ) from error
+            raise UnreadableMessageError(topic, logged / NANOSECONDS, str(error), type_name) from error
         if told.content is None:
             return None
         frame, child = told.frame.lstrip("/"), told.child.lstrip("/")
-        return Sample(topic, time, seconds_of(logged), frame, told.content, child, unstamped=told.stamp == 0)
+        return Sample(topic, *times, frame, told.content, child, unstamped=told.stamp == 0)
 
     def _message(self, type_name: str, data: bytes) -> object:
         if self.serialization is Serialization.CDR:

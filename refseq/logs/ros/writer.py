@@ -3,7 +3,7 @@
 import json
 import sqlite3
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -97,9 +97,10 @@ class BagWriter(ClosedAtExit):
         self._connections: dict[str, Connection] = {}
         self._cameras: dict[str, str] = {}
         self._open, self._placed = True, False
-        with self._telling():
+        with ExitStack() as undo, self._telling():
             self._place = followed(path)
             self._folder = _new_folder(self._place.with_name(f"{self._place.name}.partial"))
+            undo.callback(remove_folder, self._folder)  # nothing stays of a bag that could not be begun
             self.partial = self._folder / self._place.name  # the files in it are named by the folder
             plugin = StoragePlugin[storage.name]
             self._writer = Writer(self.partial, version=FORMAT_VERSION, storage_plugin=plugin)
@@ -107,6 +108,7 @@ class BagWriter(ClosedAtExit):
             if isinstance(self._writer.storage, Sqlite3Writer):
                 # To outlive the process it need not wait for the disk at each view; what is finished is synced.
                 self._writer.storage.conn.execute("PRAGMA synchronous = OFF")
+            undo.pop_all()
         self.note(metadata)
 
     def write(self, view: View, odometry: Pose) -> None:

@@ -106,7 +106,7 @@ def test_params_are_metadata_and_other_kinds_are_counted(tmp_path: Path) -> None
         (FLASER.replace("1.5", "nan"), "FLASER: field 2 is nan; valid are finite numbers up to 1e+12"),
         (
             FLASER.replace("1.5", "1,5"),
-            "FLASER: could not convert string to float: '1,5'; valid are numbers in fields 2 to 4",
+            "FLASER: field 2 is 1,5; valid are numbers in fields 2 to 4",
         ),
         (ROBOTLASER + " 1", "ROBOTLASER1: has 30 fields; valid are 29 for 3 ranges"),
         (
@@ -242,6 +242,33 @@ def test_a_compressed_log_is_read_as_it_is(tmp_path: Path, packed: Callable[[byt
 
 
 @pytest.mark.quick_cases("compress0")
+def test_the_mark_that_editors_put_before_a_text_is_no_part_of_its_first_line(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text(f"{FLASER}\n{FLASER}\n", encoding="utf-8-sig")
+    recording = read_recording(path)
+    assert len(recording.views) == 2
+    assert recording.skipped == {}
+
+
+def test_compressed_data_that_end_early_are_told_in_our_own_words(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_bytes(gzip.compress(f"{FLASER}\n".encode() * 1000, mtime=0)[:-4])
+    source = open_log(path)
+    assert len(list(source.samples(["/laser"]))) == 1000
+    assert source.damage == "its compressed data end before their time"
+
+
+EMPTY = {"nothing": gzip.compress(b""), "nothing by bzip2": bz2.compress(b""), "a blank line": gzip.compress(b" \n")}
+
+
+@pytest.mark.parametrize("empty", EMPTY.values(), ids=EMPTY)
+def test_a_compressed_file_of_nothing_is_told_as_empty(tmp_path: Path, empty: bytes) -> None:
+    path = tmp_path / "log.gz"
+    path.write_bytes(empty)
+    with pytest.raises(LogError, match=r"log\.gz: is empty once unpacked; valid are a ROS bag"):
+        open_log(path)
+
+
 @pytest.mark.parametrize("packed", [gzip.compress, bz2.compress])
 def test_a_compressed_log_that_was_cut_off_gives_what_is_left(tmp_path: Path, packed: Callable[[bytes], bytes]) -> None:
     rng = np.random.default_rng(1)

@@ -257,9 +257,9 @@ from refseq.errors import LogError
 from refseq.logs import RecordingWriter
 from tests.refseq.logs.test_mcap import drive
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), int(sys.argv[2])))
 try:
-    with RecordingWriter(Path(sys.argv[1]), {}) as writer:
+    with RecordingWriter(Path(sys.argv[1]), {"world": "a"}) as writer:
         for _ in range(20):
             for view, pose in zip(*drive()):
                 writer.write(view, pose)
@@ -270,12 +270,26 @@ except LogError as error:
 
 def test_a_disk_that_is_full_is_told_and_leaves_what_could_be_written(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    # A process that may write no file of more than 100 kB stands for the disk: the system tells it the same.
-    told = subprocess.run([sys.executable, "-c", FULL, path], capture_output=True, text=True, check=True)
-    assert told.stdout.startswith(f"{path}: cannot be written (is the disk full?): ")
-    assert told.stdout.count("\n") == 1
+    assert write_on_a_full_disk(path, 100_000) == f"{path}: cannot be written: File too large\n"
     assert not path.exists()
     assert 0 < len(read_recording(tmp_path / "run.partial.mcap").views) < 20 * COUNT
+
+
+def write_on_a_full_disk(path: Path, size: int) -> str:
+    """The error of a drive that has no more room than ``size`` [bytes]; the library says nothing beside it."""
+    # A process that may write no file of more than that stands for the disk: the system tells it the same.
+    command = [sys.executable, "-c", FULL, path, str(size)]
+    told = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert told.stderr == ""
+    return told.stdout
+
+
+@pytest.mark.parametrize("size", [0, 60, 300])
+def test_of_a_drive_that_a_full_disk_has_no_room_to_begin_nothing_stays(tmp_path: Path, size: int) -> None:
+    """The head of the file, its metadata, the first view."""
+    path = tmp_path / "run.mcap"
+    assert write_on_a_full_disk(path, size) == f"{path}: cannot be written: File too large\n"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_neither_a_planted_link_nor_a_file_of_that_name_is_written_to(tmp_path: Path) -> None:

@@ -263,10 +263,10 @@ def test_zero_is_a_stamp_and_a_message_without_one_gets_the_time_of_its_arrival(
     channel = robot_channel(ClientChannel(1, "/scan", encoding, "foxglove.LaserScan"))
     if encoding == "json":
         stamp = {} if begin is None else {"timestamp": {"sec": 0, "nsec": 0}}
-        data = json.dumps({**stamp, "ranges": [1.0, 2.0]}).encode()
+        data = json.dumps({**stamp, "end_angle": 0.5, "ranges": [1.0, 2.0]}).encode()
     else:
         own = None if begin is None else Timestamp(sec=0, nsec=0)
-        data = LaserScan(timestamp=own, ranges=[1.0, 2.0]).encode()
+        data = LaserScan(timestamp=own, end_angle=0.5, ranges=[1.0, 2.0]).encode()
     sample = channel.read(data, 7_000_000_000)
     assert sample is not None
     assert (sample.time, sample.unstamped) == ((7.0, True) if begin is None else (0.0, False))

@@ -372,3 +372,27 @@ def test_a_page_that_no_run_has_made_stays_as_it_is(tmp_path: Path, done: Judged
     with pytest.raises(ScenarioError, match=r"holds an index\.html that no run has made; valid is a new folder, or"):
         Results(tmp_path, [done.case], Store(tmp_path / "store"))
     assert (tmp_path / "index.html").read_text() == "mine"
+
+
+def test_a_disk_that_has_no_room_for_all_files_keeps_none_of_them(
+    home: Path, done: Judged, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Verdicts without their page would be half a result."""
+    monkeypatch.setenv(DATA, str(home))
+
+    def full(path: Path, text: str) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    folder, older = home / "full", home / "older"
+    Results(older, [done.case], Store(home / "store")).close()
+    before = {file.name: file.read_bytes() for file in older.iterdir()}
+    monkeypatch.setattr("refseq_bench.scenarios.campaign.results.replace_text", full)
+    for place in (folder, older):
+        with pytest.raises(ScenarioError, match=f"{place}.*: No space left on device"):
+            Results(place, [done.case], Store(home / "store"))
+    assert not folder.exists()
+    assert {file.name: file.read_bytes() for file in older.iterdir()} == before
+    monkeypatch.undo()
+    monkeypatch.setenv(DATA, str(home))
+    Results(folder, [done.case], Store(home / "store")).close()  # nobody holds it
+    assert len(list(folder.iterdir())) == len(before)

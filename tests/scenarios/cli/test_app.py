@@ -455,3 +455,21 @@ def test_name_that_no_file_can_have_is_told_in_one_line(refseq: Refseq, words: l
     answer = refseq(*words)
     assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
     assert "too long" in answer.err
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["--help", "--version", "world", "world list", "world list --json", "world generate --help", "nonsense"],
+)
+def test_where_nobody_reads_any_more_every_command_ends_alike_and_says_nothing(words: str) -> None:
+    """As ``refseq … | head -1`` with ``set -o pipefail`` does; errors are read no more where both go into the pipe."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    script = "import sys; from refseq_bench.scenarios.cli.start import main; sys.argv[0] = 'refseq'; main()"
+    command = [sys.executable, "-c", script, *words.split()]
+    apart = words != "nonsense"
+    told = subprocess.run(
+        command, stdout=writer, stderr=subprocess.PIPE if apart else writer, env=environment(), check=False
+    )
+    os.close(writer)
+    assert (told.returncode, told.stderr or b"") == (141, b"")

@@ -94,7 +94,10 @@ def test_what_is_no_video_is_named(tmp_path: Path) -> None:
     path = write(tmp_path / "odd.mcap", [b"\x00"] * 5, "vp9")
     with pytest.raises(LogError) as caught:
         read_recording(path)
-    assert str(caught.value) == f"{path}: topic /cam/video: video format 'vp9' is not read; valid are h264 and h265"
+    assert str(caught.value) == (
+        f"{path}: topic /cam/video: the message logged at 1700000000.250000 s is not readable, nor are the other 4: "
+        "video format 'vp9' is not read; valid are h264 and h265"
+    )
 
 
 def test_without_the_extra_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

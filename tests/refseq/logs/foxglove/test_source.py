@@ -8,7 +8,7 @@ import pytest
 from foxglove import channels, messages
 
 from refseq.errors import LogError
-from refseq.logs import open_log
+from refseq.logs import open_log, plan_views
 from refseq.logs.source import EMPTY, Role
 from refseq.logs.transforms import Transform
 from refseq.planar import Pose
@@ -82,10 +82,11 @@ def test_a_message_without_transforms_tells_nothing_and_is_no_clock_at_zero(tmp_
 def test_transforms_without_end_in_one_message_are_damage(tmp_path: Path) -> None:
     again = messages.FrameTransform(parent_frame_id="odom", child_frame_id="base_link")
     source = open_log(write_transforms(tmp_path / "tf.mcap", [again] * 4097))
+    assert list(source.samples()) == []
     with pytest.raises(
-        LogError, match="topic /tf: a message has 4097 coordinate frames in a log; valid are at most 4096"
+        LogError, match=r"topic /tf: .*only one: a message has 4097 coordinate frames in a log; valid are at most 4096"
     ):
-        list(source.samples())
+        plan_views(source)
 
 
 @pytest.mark.parametrize("angle", [0.0, -1.5])
@@ -94,8 +95,6 @@ def test_a_scan_whose_angles_are_left_out_is_told_so(tmp_path: Path, angle: floa
     with foxglove.open_mcap(str(tmp_path / "a.mcap"), context=context):
         laser = channels.LaserScanChannel("/scan", context=context)
         laser.log(messages.LaserScan(start_angle=angle, end_angle=angle, ranges=[1.0] * 181), log_time=ns(0.5))
-    told = (
-        f"topic /scan: a scan of 181 beams starts and ends at {angle:g} rad; valid are a start_angle and an end_angle"
-    )
+    told = f"its start_angle and its end_angle are {angle:g}; valid are the bearings of the first beam"
     with pytest.raises(LogError, match=told):
-        list(open_log(tmp_path / "a.mcap").samples())
+        plan_views(open_log(tmp_path / "a.mcap"))

@@ -1,6 +1,6 @@
 """Views of a stream against those of a log of the same samples."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from refseq.logs.pairing.plan import plan_views
 from refseq.logs.pairing.stream import ClockSetBackError, StreamTopics, ViewStream, topics_for
 from refseq.logs.source import Channel, Content, Role, Sample
 from refseq.logs.transforms import Transform
+from refseq.logs.unreadable import Unreadable
 from refseq.planar import Pose, wrap
 from refseq.view import Scan, View
 
@@ -39,6 +40,7 @@ class MadeSource:
     complete: bool = True
     damage: str = ""
     skipped: dict[str, int] = field(default_factory=dict)
+    unreadable: Mapping[str, Unreadable] = field(default_factory=dict)
     has_moments: bool = False
 
     @property

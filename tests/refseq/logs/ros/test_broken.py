@@ -4,6 +4,7 @@ import re
 import sqlite3
 import struct
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 
 from refseq.errors import LogError
-from refseq.logs import read_recording
+from refseq.logs import plan_views, read_recording
 from refseq.logs.decoding import unpacking
 from refseq.logs.ros import storage
 from refseq.logs.ros.bag import RosBag
@@ -240,6 +241,32 @@ def test_bytes_that_are_no_such_message(tmp_path: Path, topic: str) -> None:
     told = refusal(path)
     assert told.startswith(f"bag: topic {topic}: the message logged at 1700000000.")
     assert "; valid is " in told
+
+
+@pytest.mark.parametrize("topic", ["/scan", "/odom"])
+@pytest.mark.parametrize("writer", [Rosbag1Writer, Rosbag2Writer])
+def test_one_message_that_is_none_is_left_out_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, writer: type[Any], topic: str
+) -> None:
+    """The messages behind it are read, and the log is whole."""
+    written, write = Counter[str](), writer.write
+
+    def halved(self: Any, connection: Any, timestamp: int, data: Any) -> None:
+        written[connection.topic] += 1
+        bad = connection.topic == topic and written[topic] == 4
+        write(self, connection, timestamp, bytes(data)[: len(data) // 2] if bad else data)
+
+    monkeypatch.setattr(writer, "write", halved)
+    path = tmp_path / "a.bag"
+    (write_rosbag1 if writer is Rosbag1Writer else write_rosbag2)(path, DRIVE, SMALL)
+    bag = RosBag(path)
+    plan = plan_views(bag)
+    assert len(plan) == 10 - (topic == "/scan")
+    assert len(list(plan.read())) == len(plan)
+    assert bag.complete
+    (told,) = plan.findings.losses()
+    place = r"the message logged at 170000000\d\.\d{6} s is not readable and left out"
+    assert re.match(f"topic {topic}: {place}: .*; valid is ", told)
 
 
 @given(data=st.binary(max_size=200))

@@ -1,6 +1,8 @@
 """Drives written as rosbag2: what ``rosbags`` and ``mcap-ros2-support`` read in them, and what our own reader does."""
 
+import errno
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -262,4 +264,17 @@ def test_views_that_a_bag_cannot_hold(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="cameras 'a-b' and 'a_b' would share topic /a_b/image/compressed"):
         writer.write(View(0.0, {"a-b": image, "a_b": image}), Pose(0, 0, 0))
     writer.discard()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("storage", BagStorage)
+def test_nothing_stays_of_a_bag_that_could_not_be_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, storage: BagStorage
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("refseq.logs.ros.writer.Writer.open", full)
+    with pytest.raises(LogError, match=r"bag: cannot be written: No space left on device$"):
+        BagWriter(tmp_path / "bag", {}, storage=storage)
     assert list(tmp_path.iterdir()) == []

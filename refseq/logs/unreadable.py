@@ -1,0 +1,90 @@
+"""Account of messages that cannot be read: they are left out, and told by topic, with the reason for the first."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from refseq.errors import LogError
+
+VALID = "; valid "
+"""In a reason that tells it already."""
+
+
+class UnreadableMessageError(LogError):
+    """A message of a topic, ``logged`` at a time [s], is not what its type says; ``reason`` without its place.
+
+    A reason that tells nothing that is valid is followed by the type's name.
+    """
+
+    def __init__(self, topic: str, logged: float, reason: str, type_name: str) -> None:
+        self.topic, self.logged = topic, logged
+        self.reason = reason if VALID in reason else f"{reason}{VALID}is {type_name}"
+        super().__init__(f"topic {topic}: {self.place} is not readable: {self.reason}")
+
+    @property
+    def place(self) -> str:
+        """The message in words."""
+        return f"the message logged at {self.logged:.6f} s"
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """Messages of one topic that cannot be read: how many ``of`` all, and the ``first`` one's error."""
+
+    count: int
+    of: int
+    first: UnreadableMessageError
+
+    @property
+    def is_all(self) -> bool:
+        """Tell whether no message of the topic can be read."""
+        return self.count == self.of
+
+    @property
+    def told(self) -> str:
+        """All of it in a sentence."""
+        others, place = self.count - 1, self.first.place
+        if self.is_all:
+            rest = f", nor are the other {others}" if others else ", the only one"
+            return f"topic {self.first.topic}: {place} is not readable{rest}: {self.first.reason}"
+        which = f"{place} and {others} more of {self.of} are" if others else f"{place} is"
+        return f"topic {self.first.topic}: {which} not readable and left out: {self.first.reason}"
+
+
+ALL_READABLE: Mapping[str, Unreadable] = MappingProxyType({})
+"""The account of a log whose messages are read or refused as a whole."""
+
+
+class UnreadableTally:
+    """Count of the messages of each topic, and of those that cannot be read, as they were when last read."""
+
+    def __init__(self) -> None:
+        self._seen: Counter[str] = Counter()
+        self._lost: Counter[str] = Counter()
+        self._first: dict[str, UnreadableMessageError] = {}
+
+    def begin(self, topics: Iterable[str]) -> None:
+        """Forget topics that are read anew."""
+        for topic in topics:
+            for kept in (self._seen, self._lost, self._first):
+                kept.pop(topic, None)
+
+    def see(self, topic: str) -> None:
+        """Count a message, be it readable or not."""
+        self._seen[topic] += 1
+
+    def lose(self, error: UnreadableMessageError) -> None:
+        """Count a message that was seen and cannot be read."""
+        self._lost[error.topic] += 1
+        self._first.setdefault(error.topic, error)
+
+    @property
+    def found(self) -> Mapping[str, Unreadable]:
+        """The account by topic; of topics that can be read there is none."""
+        return {topic: Unreadable(count, self._seen[topic], self._first[topic]) for topic, count in self._lost.items()}
+
+
+def sentences(found: Mapping[str, Unreadable]) -> Iterator[str]:
+    """What is told of them, one a topic."""
+    return (found[topic].told for topic in sorted(found))
