@@ -14,7 +14,7 @@ from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
 from refseq.map.stage_answers import StageAnswers
 from refseq.map.tracking.hindsight import Hindsight
-from refseq.map.tracking.stages import LOST_ALONE, log_mean
+from refseq.map.tracking.stages import log_mean
 from refseq.view import View
 
 
@@ -37,7 +37,7 @@ def seen_drive(map_: Map, views: Sequence[View], seed: int = 0) -> list[SeenView
     alone, online = [], list[Belief]()
     for view in views:
         measurer.take(view)
-        alone.append(_alone(measurer.after(None), LOST_ALONE))
+        alone.append(_alone(measurer.after(None), map_.profile.chain.lost_at_start))
         online.append(answers.update(measurer))
         hindsight.take(answers.measured)
     return [
@@ -51,9 +51,9 @@ def lost_in_hindsight(seen: Sequence[SeenView]) -> NDArray[np.float64]:
     return np.array([1 - view.hindsight.sum() for view in seen])
 
 
-def _alone(measured: Sequence[Measurement], lost: float) -> NDArray[np.float64]:
+def _alone(measured: Sequence[Measurement], lost_at_start: float) -> NDArray[np.float64]:
     log_ratios = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
-    on_map = expit(log_mean(log_ratios) - logit(lost))
+    on_map = expit(log_mean(log_ratios) - logit(lost_at_start))
     return np.asarray(on_map * softmax(log_ratios), np.float64)
 
 

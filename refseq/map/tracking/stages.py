@@ -21,9 +21,6 @@ from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder
 from refseq.map.sequence import ReferenceSequence
 
-LOST_ALONE = 0.1
-"""P(lost) before a view that is asked for itself. It may be blind, so that at this no single view can say lost."""
-
 
 class SequenceTracker(Protocol):
     """One stage over one sequence: measurements to beliefs."""
@@ -39,7 +36,7 @@ def stage_tracker(stage: Stage, sequence: ReferenceSequence, turns: TurnsBehind 
     """A fresh tracker of a stage; ``turns`` are asked by the chain."""
     match stage:
         case Stage.UNIFORM:
-            return SingleView()
+            return SingleView(sequence.profile.chain.lost_at_start)
         case Stage.PRIOR:
             return MotionFilter(sequence)
         case Stage.CHAIN:
@@ -49,15 +46,18 @@ def stage_tracker(stage: Stage, sequence: ReferenceSequence, turns: TurnsBehind 
 class SingleView:
     """The posterior under a uniform prior, each view for itself."""
 
+    def __init__(self, lost_at_start: float) -> None:
+        self._lost_at_start = lost_at_start
+
     def reset(self) -> None:
         """Nothing is kept."""
 
     def update(self, measured: Measurement) -> Belief:
-        """The likelihood itself; with log-ratios it is lost before the view with ``LOST_ALONE``."""
+        """The likelihood itself; with log-ratios, being lost is as probable before the view as at a drive's start."""
         belief = posterior_belief(measured.likelihood, measured.timings)
         if measured.log_ratio is None:
             return belief
-        return replace(belief, lost=float(expit(logit(LOST_ALONE) - log_mean(measured.log_ratio))))
+        return replace(belief, lost=float(expit(logit(self._lost_at_start) - log_mean(measured.log_ratio))))
 
 
 def log_mean(log_values: NDArray[np.float64]) -> float:

@@ -15,7 +15,7 @@ from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher
 from refseq.map.profile import BEST, THESIS, Profile, profile_named
-from refseq.map.tracking.stages import LOST_ALONE, ChainTracker
+from refseq.map.tracking.stages import ChainTracker
 from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_map, without
 
@@ -336,7 +336,7 @@ def test_beliefs_by_evidence_are_what_they_promise(stage: Stage, seed: int) -> N
 def test_evidence_of_a_view_without_sensors_says_nothing(reference: list[View]) -> None:
     query = [*reference[:4], without(reference[4], "front", "side"), *reference[5:8]]
     beliefs = localise(bits_map(reference, BEST), query)
-    assert beliefs[Stage.UNIFORM][4].lost == pytest.approx(LOST_ALONE)  # as probable as before the view
+    assert beliefs[Stage.UNIFORM][4].lost == pytest.approx(BEST.chain.lost_at_start)  # as probable as before the view
     np.testing.assert_allclose(beliefs[Stage.UNIFORM][4].places, 1 / K)
     assert [belief.best for belief in beliefs[Stage.PRIOR]] == list(range(8))
     assert [belief.best for belief in beliefs[Stage.CHAIN]] == list(range(8))
@@ -345,7 +345,7 @@ def test_evidence_of_a_view_without_sensors_says_nothing(reference: list[View]) 
 def test_a_view_is_lost_as_bayes_says_of_its_evidence() -> None:
     """A share of the prior is elsewhere, where evidence is 1; the rest is spread over the places."""
     views, query = noisy_drives(4)
-    elsewhere = LOST_ALONE
+    elsewhere = BEST.chain.lost_at_start
     map_ = bits_map(views, BEST)
     for view in query[:20]:
         ids = {"bits/camera": np.flatnonzero(view.images["camera"])}
