@@ -8,7 +8,7 @@ views, O(K) each, where the parallel algorithm keeps N scores for every state of
 
 import heapq
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count, islice
 
 import numpy as np
@@ -43,10 +43,13 @@ def n_best_paths(observations: Sequence[Observation], chain: Chain, most: int) -
 
 
 def log_evidence(observations: Sequence[Observation], chain: Chain) -> float:
-    """Log P(views), of all paths together: a path's share of the belief is exp(``log_score`` − this)."""
+    """Log P(views), of all paths together: a path's share of the belief is exp(``log_score`` − this).
+
+    Paths are those of a robot that nobody carries, as all that are listed are.
+    """
     states, total = None, 0.0
     for observation in observations:
-        states, now = weighed(expected(states, observation, chain), observation)
+        states, now = weighed(expected(states, replace(observation, carried=0.0), chain), observation)
         total += now
     return total
 

@@ -9,6 +9,7 @@ Bayes' rule. So a drive that was clear stays so: a robot that leaves its path th
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import accumulate
 from typing import Protocol
 
 import numpy as np
@@ -58,7 +59,7 @@ class VagueFilter:
         if self._before > SETTLED:
             return self._vague.update(vaguely(observation))
         clear, vague = self._clear.update(observation), self._vague.update(vaguely(observation))
-        self._odds = self._before + vague.log_evidence - clear.log_evidence
+        self._odds = _odds_after(self._before, (clear, vague))
         return _weighed(clear, vague, self._before, self._odds)
 
 
@@ -69,18 +70,20 @@ def smoothed_either_way(
 
     ``clear`` and ``vague`` are what follows from either supposition, ``chance`` the probability of the latter before.
     """
-    gains = [its.log_evidence - other.log_evidence for its, other in zip(vague, clear, strict=True)]
-    odds = logit(chance) + np.cumsum([0.0, *gains])
-    return [
-        _weighed(one, other, float(before), float(odds[-1]))
-        for one, other, before in zip(clear, vague, odds[:-1], strict=True)
-    ]
+    odds = list(accumulate(zip(clear, vague, strict=True), _odds_after, initial=float(logit(chance))))
+    return [_weighed(one, other, before, odds[-1]) for one, other, before in zip(clear, vague, odds[:-1], strict=True)]
 
 
 def vaguely(observation: Observation) -> Observation:
     """The observation, were it one of a vague view: each place's ratio to being lost is a weighted mean with 1."""
     ratios = np.logaddexp(np.log(NOTHING), np.log1p(-NOTHING) + observation.places - observation.lost)
     return replace(observation, places=ratios + observation.lost)
+
+
+def _odds_after(before: float, answers: tuple[StatePosterior, StatePosterior]) -> float:
+    """Log odds of vague views after one that both filters have answered, of clear and of vague views."""
+    clear, vague = answers
+    return before + vague.log_evidence - clear.log_evidence
 
 
 def _weighed(clear: StatePosterior, vague: StatePosterior, before: float, odds: float) -> StatePosterior:

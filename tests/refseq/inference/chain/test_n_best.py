@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -32,3 +34,13 @@ def test_a_long_drive_s_first_is_viterbi_s_and_all_are_less_than_the_evidence() 
     assert found[0].states == viterbi(observations, chain).path
     assert (np.diff([one.log_score for one in found]) <= 1e-9).all()
     assert logsumexp([one.log_score for one in found]) < log_evidence(observations, chain)
+
+
+def test_shares_are_those_of_a_robot_that_nobody_carries_though_views_say_it_was() -> None:
+    rng, K = np.random.default_rng(4), 4
+    chain = Chain(np.arange(float(K)), MOTION, ChainSettings())
+    came = [Observation(0.9, rng.normal(size=K), 0.0) for _ in range(4)]
+    carried = [replace(one, carried=0.8) for one in came]
+    assert log_evidence(carried, chain) == log_evidence(came, chain)
+    shares = [one.log_score - log_evidence(carried, chain) for one in n_best_paths(carried, chain, 5000)]
+    assert logsumexp(shares) == pytest.approx(0.0, abs=1e-9)
