@@ -86,5 +86,5 @@ class UnreadableTally:
 
 
 def sentences(found: Mapping[str, Unreadable]) -> Iterator[str]:
-    """What is told of them, one a topic."""
+    """A sentence for each topic, by its name."""
     return (found[topic].told for topic in sorted(found))

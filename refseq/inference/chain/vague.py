@@ -66,7 +66,7 @@ class VagueFilter:
 def smoothed_either_way(
     clear: Sequence[StatePosterior], vague: Sequence[StatePosterior], chance: float
 ) -> list[StatePosterior]:
-    """What is known of each view in the light of all, as ``VagueFilter`` has it at the last one.
+    """Posteriors of all views in the light of the whole drive; at the last one it is that of ``VagueFilter``.
 
     ``clear`` and ``vague`` are what follows from either supposition, ``chance`` the probability of the latter before.
     """

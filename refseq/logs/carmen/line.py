@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.limits import BEAMS
 from refseq.logs.carmen.text import text_lines
+from refseq.logs.trajectories.fields import is_number
 
 MOST = 1e12
 """The largest number that is believed: times are below 2e9 s, places below 1e7 m."""
@@ -41,7 +42,7 @@ class CarmenLine:
         try:
             values = np.array(self.fields[start:stop], dtype=float)
         except ValueError as error:
-            bad = next(number for number in range(start, stop) if not _is_number(self.fields[number]))
+            bad = next(number for number in range(start, stop) if not is_number(self.fields[number]))
             told = f"field {bad} is {self.fields[bad]:.40}; valid are numbers in fields {start} to {stop - 1}"
             raise self.error(told) from error
         if not (wrong := ~(np.abs(values) <= MOST)).any():
@@ -64,14 +65,6 @@ class CarmenLine:
         if len(self.fields) != length:
             why = "" if ranges is None else f" for {ranges} ranges"
             raise self.error(f"has {len(self.fields)} fields; valid are {length}{why}")
-
-
-def _is_number(field: str) -> bool:
-    try:
-        float(field)
-    except ValueError:
-        return False
-    return True
 
 
 def lines_in(path: Path) -> Iterator[CarmenLine]:

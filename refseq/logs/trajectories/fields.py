@@ -32,6 +32,15 @@ def is_separated(line: str) -> bool:
     return any(separator in line for separator in SEPARATORS)
 
 
+def is_number(field: str) -> bool:
+    """Tell whether a field is written as a number."""
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
 def decimal_comma(fields: Sequence[str]) -> str:
     """The first number that is written with a comma; empty without one."""
     return next((field for field in fields if DECIMAL_COMMA.fullmatch(field)), "")

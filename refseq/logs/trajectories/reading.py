@@ -26,7 +26,7 @@ from refseq.logs.trajectories.columns import (
     named_columns,
     shaped_columns,
 )
-from refseq.logs.trajectories.fields import clock_time, decimal_comma, fields_of, is_separated, names_of
+from refseq.logs.trajectories.fields import clock_time, decimal_comma, fields_of, is_number, is_separated, names_of
 from refseq.logs.trajectories.geodesy import utm, zone_of
 from refseq.logs.trajectories.headings import are_degrees, headings_along
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
@@ -104,7 +104,7 @@ def _rows(path: Path) -> tuple[Sequence[str], list[_TrajectoryRow], bool]:
         row = _TrajectoryRow(path, number, fields_of(text))
         if not comment and (written := decimal_comma(row.fields)):
             raise row.error(f"{written!r:.40} has a decimal comma; valid are decimal points")
-        if not rows and (comment or not (_is_number(row.fields[0]) or clock_time(row.fields[0]))):
+        if not rows and (comment or not (is_number(row.fields[0]) or clock_time(row.fields[0]))):
             if not comment and named_columns(names_of(header, len(row.fields))):
                 raise row.error(f"{row.fields[0]!r:.40} is no number; valid is one, or 2023-11-14T22:13:20Z for a time")
             header = re.sub(r"^(#|%|//)\s*", "", text)
@@ -135,14 +135,6 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
                     yield number, text
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror}") from error
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _columns(path: Path, header: Sequence[str], rows: Sequence[_TrajectoryRow], commas: bool) -> TrajectoryColumns:

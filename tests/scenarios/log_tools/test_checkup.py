@@ -19,7 +19,7 @@ from refseq.logs.source import Channel, LogSource, Role
 from refseq.map.learning import learn as learn_map
 from refseq.planar import Pose
 from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
-from refseq_bench.scenarios.log_tools.checkup import check_log, taken_as
+from refseq_bench.scenarios.log_tools.checkup import LogCheckup, check_log, taken_as
 from refseq_bench.scenarios.log_tools.facts import facts_of
 from refseq_bench.scenarios.log_tools.page import write_checkup
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey
@@ -383,17 +383,25 @@ def test_what_it_proposes_for_a_log_with_a_sensor_in_trouble_works(
         learn_map(read_drive(bag, DriveSelection(thin=0.85)).views)
 
 
+def checked_without_laser(bag: Path, image_format: str | None, words: str) -> LogCheckup:
+    """The checkup of a bag whose laser is left out of the commands, for a reason in these ``words``."""
+    found = check_log(bag, DriveSelection())
+    for verdict in found.verdicts[:2]:
+        assert re.match(words, verdict.reason)
+        assert verdict.usability is (LIMITED if image_format else FAILS)
+        assert all(" --sensors camera " in command for command in verdict.commands)
+    return found
+
+
 @pytest.mark.parametrize("image_format", ["png", None])
 def test_a_laser_in_millimetres_is_not_learnt_and_told_where_it_is(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, image_format: str | None
 ) -> None:
     setup = RosSetup(image_format=image_format)
     bag = write_rosbag2(tmp_path / "bag", Troubled(seconds=12.0, unit=1e-3), setup, made_by=FarSeeing)
-    found = check_log(bag, DriveSelection())
-    for verdict in found.verdicts[:2]:
-        assert re.match(r"laser: half of its ranges are beyond \d+ m: are they in metres\?", verdict.reason)
-        assert verdict.usability is (LIMITED if image_format else FAILS)
-        assert all(" --sensors camera " in command for command in verdict.commands)
+    found = checked_without_laser(
+        bag, image_format, r"laser: half of its ranges are beyond \d+ m: are they in metres\?"
+    )
     assert found.usable is bool(image_format)
     read_drive(bag, DriveSelection(thin=0.85), ["camera"] if image_format else None)
     assert len(caplog.records) == (0 if image_format else 1)
@@ -407,12 +415,8 @@ def test_a_laser_in_centimetres_is_told_by_the_way_that_it_shows(
 ) -> None:
     setup = RosSetup(image_format=image_format)
     bag = write_rosbag2(tmp_path / "bag", Troubled(seconds=12.0, unit=1e-2), setup, made_by=FarSeeing)
-    found = check_log(bag, DriveSelection())
     words = r"laser: its scans show a way \d+ times as long as the odometry's: are its ranges in centimetres\?"
-    for verdict in found.verdicts[:2]:
-        assert re.match(words, verdict.reason)
-        assert verdict.usability is (LIMITED if image_format else FAILS)
-        assert all(" --sensors camera " in command for command in verdict.commands)
+    checked_without_laser(bag, image_format, words)
     read_drive(bag, DriveSelection(thin=0.85))
     assert re.search(words, caplog.records[-1].getMessage())
 
