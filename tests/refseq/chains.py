@@ -126,6 +126,17 @@ def dense_start(chain: Chain) -> np.ndarray:
     return np.concatenate([np.full(K, (1 - lost) / K), [lost], np.zeros(K - 1)])
 
 
+def dense_carried(chain: Chain) -> np.ndarray:
+    """The 2 K × 2 K matrix of a robot that is carried: to any place alike, or lost behind where it was last sure."""
+    K, lost = chain.K, chain.settings.lost_at_start
+    A = np.zeros((2 * K, 2 * K))
+    A[:, :K] = (1 - lost) / K
+    ends = {end % K for end in chain.ends}
+    for i in range(K):
+        A[i, K + (i if i in ends else i + 1)] = A[K + i, K + i] = lost
+    return A
+
+
 def dense_oracle(chain: Chain, distance: float) -> "BaseHMM":
     """hmmlearn's Viterbi over the chain's dense matrix, with log-likelihoods as samples.
 
@@ -177,12 +188,12 @@ def log_likelihoods(observation: Observation, K: int) -> np.ndarray:
 def all_paths(observations: Sequence[Observation], chain: Chain) -> np.ndarray:
     """log P(path, views) of every path from Lost_0: an array with one axis of 2 K states for each view.
 
-    A robot that is carried, with the probability that an observation tells, begins anew.
+    A robot that is carried, with the probability that an observation tells, moves as ``dense_carried`` says.
     """
     scores, K = np.array(0.0), chain.K
     for number, observation in enumerate(observations):
         c = observation.carried
-        A = log((1 - c) * dense_transitions(chain, observation.distance) + c * dense_start(chain))
+        A = log((1 - c) * dense_transitions(chain, observation.distance) + c * dense_carried(chain))
         way = A if number else log(dense_start(chain))
         scores = scores[..., None] + way + log_likelihoods(observation, K)
     return scores

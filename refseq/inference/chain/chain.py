@@ -59,8 +59,8 @@ class ChainSettings:
     the robot forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
 
     ``carried`` is the probability, before anything is seen, that the robot was carried since the last view. Where what
-    its sensors saw of the way makes it more, the robot may by so much be anywhere, as at the first view
-    (``Observation.carried``). The forward filter asks it; 0: the robot is never carried.
+    its sensors saw of the way makes it more, the robot may by so much be anywhere, as at the first view, or lost behind
+    where it was (``Observation.carried``). The forward filter asks it; 0: the robot is never carried.
 
     ``vague`` is the probability, before a drive, that its views tell little of their places (``VagueFilter``). Filters
     that sum over all paths ask it; 0: views tell what the calibration says.
@@ -225,12 +225,12 @@ class Transitions:
       A robot that reverses may turn up on either side of P_i: it may have driven on before it turned.
       From Lost_0, where nothing is known, to all places alike (3.3).
 
-    Every row sums to 1. All arrays of states are (2, K); see the module.
+    Every row sums to 1. All arrays of states are (2, K); see the module. ``behind`` (K,) is the chain's.
     """
 
     def __init__(self, chain: Chain, distance: float) -> None:
         settings, self._K, self._kernel = chain.settings, chain.K, chain.kernel
-        self._behind = chain.behind
+        self.behind = chain.behind
         self._window = motion_model(chain.along, distance, chain.motion, chain.ends)
         self._reversing = distance < 0
         beyond = beyond_ends(chain, distance) if settings.exit_at_ends else np.zeros(chain.K)
@@ -263,7 +263,7 @@ class Transitions:
         near = self._kernel.around(places) if self._reversing else self._kernel.after(places)
         moved = np.empty_like(states)
         moved[0] = self._go * self._window.backward(places)
-        moved[0] += self._leave * lost[self._behind]
+        moved[0] += self._leave * lost[self.behind]
         moved[1] = self._stay * lost + self._find * near
         moved[1, 0] += self._anywhere * places.sum()
         moved[1, 1:] += self._forget * lost[0]
@@ -276,7 +276,7 @@ class Transitions:
         best_places, best_lost = best
         np.maximum(self._window.best(places + self._log_go), self._best_found(lost), out=best_places)
         np.add(lost, self._log_stay, out=best_lost)
-        np.maximum.at(best_lost, self._behind, places + self._log_leave)
+        np.maximum.at(best_lost, self.behind, places + self._log_leave)
         if self._forget:
             best_lost[0] = max(best_lost[0], lost[1:].max(initial=-np.inf) + self._log_forget)
         return best
@@ -302,7 +302,7 @@ class Transitions:
             return ways
         if i == 0:
             ways[1] = self._log_forget
-        before = self._behind == i
+        before = self.behind == i
         ways[0, before] = self._log_leave[before]
         ways[1, i] = self._log_stay
         return ways
@@ -331,7 +331,7 @@ class Transitions:
 
     def _shifted(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         """Sum that comes to each Lost_Place from the places: P_i's to Lost_{i+1}, a path's last one's to its last."""
-        return np.asarray(np.bincount(self._behind, places, self._K), np.float64)
+        return np.asarray(np.bincount(self.behind, places, self._K), np.float64)
 
 
 def beyond_ends(chain: Chain, distance: float) -> NDArray[np.float64]:

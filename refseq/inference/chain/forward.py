@@ -19,6 +19,10 @@ BAND = 400.0
 class Moves(Protocol):
     """Linear moves of states (2, K) over a distance."""
 
+    @property
+    def behind(self) -> NDArray[np.intp]:
+        """Number of the Lost_Place behind each place, (K,)."""
+
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Probabilities after the move."""
 
@@ -42,24 +46,35 @@ class StateSpace(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CarriedMoves:
-    """The moves of a robot that with a probability of ``carried`` did not make them, but is where a drive may start.
+    """The moves of a robot that with a probability of ``carried`` did not make them, but was set down anywhere.
 
-    ``start`` (2, K) are the probabilities there, sum 1.
+    ``start`` (2, K) are the probabilities of a drive's first view, sum 1. It is at a place with those, whatever it was
+    at; or else lost, and it is remembered where it was.
     """
 
     moves: Moves
     start: NDArray[np.float64]
     carried: float
 
+    @property
+    def behind(self) -> NDArray[np.intp]:
+        """Number of the Lost_Place behind each place, (K,)."""
+        return self.moves.behind
+
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Probabilities after the move, with the same sum."""
-        came: NDArray[np.float64] = self.carried * states.sum() * self.start
-        return (1 - self.carried) * self.moves.predict(states) + came
+        places, lost = states
+        found, lost_at_start = self.start[0], self.start[1].sum()
+        was_at = lost + np.bincount(self.behind, places, len(places))
+        came = np.stack([states.sum() * found, lost_at_start * was_at])
+        return (1 - self.carried) * self.moves.predict(states) + self.carried * came
 
     def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """The transpose of ``predict``."""
-        came: np.float64 = self.carried * (states * self.start).sum()
-        return (1 - self.carried) * self.moves.backward(states) + came
+        places, lost = states
+        found, lost_at_start = self.start[0], self.start[1].sum()
+        came: NDArray[np.float64] = (places * found).sum() + lost_at_start * np.stack([lost[self.behind], lost])
+        return (1 - self.carried) * self.moves.backward(states) + self.carried * came
 
 
 @dataclass(frozen=True, slots=True)

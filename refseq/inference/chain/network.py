@@ -88,6 +88,7 @@ class LinkedTransitions:
 
     def __init__(self, network: Network, moves: Transitions) -> None:
         self._network, self._moves = network, moves
+        self.behind = moves.behind
 
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_i p_i a_ij for every state j: probabilities after the move, with the same sum."""

@@ -120,6 +120,19 @@ def test_who_knows_that_it_was_carried_is_found_at_once(carried: float, least: f
     assert least <= tracker.update(seen).places[5] <= most
 
 
+def test_who_is_carried_off_the_map_knows_where_it_was_last_sure() -> None:
+    """Views of no place follow, so that it is lost; Lost_0 has what it might have forgotten on the way."""
+    K = 60
+    chain = Chain(np.arange(float(K)), MOTION, ChainSettings(lost_per_metre=0.01, stay_lost=0.9, lost_at_start=0.1))
+    tracker = ForwardFilter(chain)
+    for at in (37, 38, 39, 40):
+        tracker.update(clear_view(at, K))
+    nowhere = Observation(1.0, np.full(K, -3.0), 0.0)
+    lost = [tracker.update(one) for one in (replace(nowhere, carried=0.9), nowhere, nowhere)]
+    assert lost[-1].lost.sum() > 0.9
+    assert chain.lost_after(lost[-1].lost)[40] > 0.8
+
+
 def test_numbers_too_far_apart_for_one_exponent_move_as_logarithms() -> None:
     rng = np.random.default_rng(4)
     logs, A = rng.uniform(-3000, 100, (2, 6)), rng.dirichlet(np.ones(12), 12)
