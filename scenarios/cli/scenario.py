@@ -164,6 +164,8 @@ def run(
     from refseq_bench.scenarios.campaign.store.cache import Store
     from refseq_bench.user_cache import user_cache
 
+    for line in _replaced(output, cases):
+        say(err, f"note: {line}")
     store = Store(cache or user_cache())
     executor = _executor(workers, ray, store)  # before the folder is touched: a wrong address leaves what is there
     try:
@@ -194,6 +196,20 @@ def _asked(
     for line in judged_instead(declared, asked) if not localisers else ():
         say(err, f"note: {line}")
     return with_renderer(with_seeds(asked, seeds), RendererKind(renderer) if renderer else None)
+
+
+def _replaced(folder: Path, cases: "Sequence[Case]") -> list[str]:
+    """A line where the folder has the result of a campaign with other cases, in whose place these will stand."""
+    from refseq_bench.scenarios.campaign.store.result_file import by_scenario, read_result
+
+    try:
+        before = read_result(folder)
+    except ScenarioError:
+        return []
+    asked = {case.name for case in cases}
+    others = list(by_scenario(one for one in before.cases if one.name not in asked))
+    named = f"{', '.join(others[:3])}{', …' if len(others) > 3 else ''}"
+    return [f"{folder} held the result of {named}, begun {before.began}; it is replaced"] if others else []
 
 
 def _judged(
