@@ -22,13 +22,13 @@ from refseq.view import LASER, Scan, View
 
 
 @dataclass(frozen=True, slots=True)
-class GuardedView:
+class ViewFaults:
     """``faults`` that stand at a view; ``sightless`` where, by them, none of the sensors that are asked is left."""
 
     faults: tuple[DeclaredFault, ...] = ()
     sightless: bool = False
 
-    def told(self, belief: Belief) -> Belief:
+    def added_to(self, belief: Belief) -> Belief:
         """The belief of the view with the faults that stand; without any sensor left the robot is lost."""
         if not self.faults:
             return belief
@@ -37,16 +37,16 @@ class GuardedView:
         return replace(belief, faults=self.faults, lost=1.0, path=(*belief.path[:-1], LOST))
 
 
-def told_in_hindsight(beliefs: Sequence[Belief], guarded: Sequence[GuardedView]) -> list[Belief]:
+def with_faults(beliefs: Sequence[Belief], stood: Sequence[ViewFaults]) -> list[Belief]:
     """Beliefs of a whole drive with the faults that stood at its views.
 
     A view without any sensor left is where the views around it put it; one with no view behind it that sees anything is
     lost, as it was on the way.
     """
-    seeing = max((k for k, view in enumerate(guarded) if not view.sightless), default=-1)
+    seeing = max((k for k, view in enumerate(stood) if not view.sightless), default=-1)
     return [
-        (view if k > seeing else replace(view, sightless=False)).told(belief)
-        for k, (belief, view) in enumerate(zip(beliefs, guarded, strict=True))
+        (view if k > seeing else replace(view, sightless=False)).added_to(belief)
+        for k, (belief, view) in enumerate(zip(beliefs, stood, strict=True))
     ]
 
 
@@ -54,7 +54,7 @@ class SensorGuard:
     """A matcher behind a monitor of the sensors (docs/sensor-faults.md).
 
     As long as nothing is declared the matcher gets every view as it is. ``sensors`` are those of the map that are
-    asked, ``guarded`` tells the faults that stand at the last view; ``scan`` is what its laser saw, None where that is
+    asked, ``view_faults`` those that stand at the last view; ``scan`` is what its laser saw, None where that is
     ill, missing or not asked. Takes the same as ``Matcher``, and raises the same.
     """
 
@@ -76,7 +76,7 @@ class SensorGuard:
         self._monitor.reset()
         self._exchange = ExchangeWatch(self._matcher.extractors)
         self._pictures = PictureSteps()
-        self.guarded = GuardedView()
+        self.view_faults = ViewFaults()
         self._met = False
         self.scan: Scan | None = None
         self._trusted: View | None = None
@@ -100,7 +100,7 @@ class SensorGuard:
         self._trusted = trusted
         self.scan = trusted.scan if LASER in self.sensors else None
         fallen = self.sensors & {fault.sensor for fault in faults}
-        self.guarded = GuardedView(faults, bool(fallen) and not trusted.sensors & self.sensors)
+        self.view_faults = ViewFaults(faults, bool(fallen) and not trusted.sensors & self.sensors)
         if self._asks_carried:
             by_pictures = self._pictures.update(self.keys(), measured[0].distance, measured[0].turn)
             by_scan = health.carried if self.scan is not None else 0.0

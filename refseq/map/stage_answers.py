@@ -48,7 +48,7 @@ class StageAnswers:
 
     def update(self, measurer: Measurer) -> Belief:
         """The belief on the view that the measurer took last, with faults of sensors and the pose beside the place."""
-        return self._kept(measurer.told(self._tracked(measurer)))
+        return self._kept(measurer.completed(self._tracked(measurer)))
 
     def follow(self, measurer: Measurer) -> None:
         """Take the view as ``update`` does, for whoever asks for ``measured`` alone: no pose is fitted."""
@@ -64,12 +64,12 @@ class StageAnswers:
         if self._scale is None:
             return belief
         belief = replace(belief, odometer_scale=self._scale.scale)
-        self._scale.told(measured, belief)
+        self._scale.remember(measured, belief)
         return belief
 
     def _kept(self, belief: Belief) -> Belief:
         for one in self._weighers:
-            one.told(self.measured, belief)
+            one.remember(self.measured, belief)
         if self._stage is not Stage.UNIFORM:  # single views know of none before
             self._last = belief
         return belief

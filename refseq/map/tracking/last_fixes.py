@@ -64,7 +64,7 @@ class _Fix(NamedTuple):
 
 
 class LastFixes:
-    """Weighs the views of a drive by the odometer since its last fixes: ask, then tell what was believed of the view.
+    """Weighs the views of a drive by the odometer since its last fixes: ask, then let it remember what was believed.
 
     ``log_ratio.fixes`` of the map's profile is how many of them are remembered.
     """
@@ -90,7 +90,7 @@ class LastFixes:
             for one, its in zip(measured, against, strict=True)
         ]
 
-    def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
+    def remember(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember a view whose place the belief is sure of."""
         near = bool(self._fixes) and self._way - self._fixes[-1].way < APART
         if near or measured[0].stands:

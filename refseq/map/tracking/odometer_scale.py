@@ -76,7 +76,7 @@ def shows(measured: Sequence[Measurement]) -> bool:
 
 
 class OdometerScale:
-    """Corrects the ways of a drive's views: ask, then tell what was believed of the view.
+    """Corrects the ways of a drive's views: ask, then let it remember what was believed.
 
     Before the drive the scale is 1, give or take ``motion.odometer_scale`` of the map's profile.
     """
@@ -97,7 +97,7 @@ class OdometerScale:
         """A view's measurements in every sequence, with its way in metres of the map."""
         return [replace(one, distance=self.scale * one.distance) for one in measured]
 
-    def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
+    def remember(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Take what was believed of a view, ``measured`` before it was corrected."""
         distance = measured[0].distance
         if math.isnan(distance):  # nobody measured it

@@ -72,7 +72,7 @@ def followed(map_: Map, steps: Sequence[Measurement], places: Sequence[int | Non
     fixes = LastFixes(map_)
     for one, place in zip(steps, places, strict=True):
         told = fixes.weighed([one])[0].log_ratio
-        fixes.told([one], sure(place or 0, 0.0 if place is not None else 1.0))
+        fixes.remember([one], sure(place or 0, 0.0 if place is not None else 1.0))
     assert told is not None
     return fixes, told
 
@@ -190,7 +190,7 @@ def test_fixes_are_apart() -> None:
     fixes = LastFixes(MAP)
     for one, place in zip(steps, (0, 30, 30), strict=True):
         fixes.weighed([one])
-        fixes.told([one], sure(place))
+        fixes.remember([one], sure(place))
     told = fixes.weighed([step(0.0)])[0].log_ratio
     assert told is not None
     assert told[0] == 0
@@ -211,7 +211,7 @@ def test_what_is_not_sure_is_no_fix() -> None:
     for one in STRAIGHT:
         fixes.weighed([one])
         for doubtful in (spread, sure(3, 0.02)):
-            fixes.told([one], doubtful)
+            fixes.remember([one], doubtful)
     assert (fixes.weighed([step()])[0].log_ratio == 0).all()
 
 
@@ -265,7 +265,7 @@ def test_places_of_a_path_that_is_not_joined_are_left_alone() -> None:
     fixes = LastFixes(both)
     for number, one in enumerate(STRAIGHT):
         measured = fixes.weighed([one, one])
-        fixes.told(measured, belief_from(np.eye(2 * COUNT)[min(number, 20)], 0.0 if number <= 20 else 1.0))
+        fixes.remember(measured, belief_from(np.eye(2 * COUNT)[min(number, 20)], 0.0 if number <= 20 else 1.0))
     here, there = (one.log_ratio for one in measured)
     assert here is not None
     assert there is not None
@@ -286,7 +286,7 @@ def test_a_place_of_two_paths_is_where_either_leads() -> None:
                  for its in merged.map.sequences]  # fmt: skip
         told = np.concatenate([its.log_ratio for its in fixes.weighed(asked)])
         known = np.eye(len(merged.map))[shared[min(number, 19)]]
-        fixes.told(asked, belief_from(known, 0.0 if number < 20 else 1.0))
+        fixes.remember(asked, belief_from(known, 0.0 if number < 20 else 1.0))
     own = merged.map.numbered(merged.map.paths[0])
     assert told[shared[39]] == pytest.approx(0.0)
     assert told[own[39]] < -1
