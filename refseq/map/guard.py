@@ -104,7 +104,7 @@ class SensorGuard:
         if self._asks_carried:
             by_pictures = self._pictures.update(self.keys(), measured[0].distance, measured[0].turn)
             by_scan = health.carried if self.scan is not None else 0.0
-            measured = [replace(one, carried=by_pictures + by_scan) for one in measured]
+            measured = [replace(one, log_ratio_carried=by_pictures + by_scan) for one in measured]
         return measured
 
     def keys(self) -> Mapping[str, PictureKeys]:

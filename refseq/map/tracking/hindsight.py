@@ -31,7 +31,7 @@ class Hindsight:
     def take(self, measured: Sequence[Measurement]) -> None:
         """Take the next view, as it was measured in every sequence."""
         # A whole drive's blocks would fill the memory; and a stretch that changed is none that it was carried past.
-        bare = [replace(one, by_block={}, carried=0.0) for one in measured]
+        bare = [replace(one, by_block={}, log_ratio_carried=0.0) for one in measured]
         self._counted.append(self._stands.mean(bare))
 
     def beliefs(self) -> list[Belief]:

@@ -7,7 +7,7 @@ whose own odometry tells where all other places lie to it. A place that is farth
 against, and no place is ever spoken for: the promise of evidence holds whatever the odometer does.
 
 A carried robot is where its odometer says it is not. Hence a fix is forgotten when it may well have been carried since,
-which pictures and scans tell step by step (``Measurement.carried``). One sensor alone tells it too seldom:
+which pictures and scans tell step by step (``Measurement.log_ratio_carried``). One sensor alone tells it too seldom:
 without a camera and another one no fix is remembered.
 """
 
@@ -107,7 +107,7 @@ class LastFixes:
         if not (math.isfinite(measured.distance) and math.isfinite(measured.turn)):
             self.reset()
             return
-        if not measured.stands or measured.carried > 0:
+        if not measured.stands or measured.log_ratio_carried > 0:
             self._stayed += float(log_expit(-measured.log_odds_carried(self._carried)))
             while self._fixes and -math.expm1(self._stayed - self._fixes[0].stayed) > DOUBT:
                 self._fixes.popleft()

@@ -141,7 +141,7 @@ class ChainTracker:
             self._turns.reset()
 
     def update(self, measured: Measurement) -> Belief:
-        """Decode the views up to this measured."""
+        """Decode the views up to this one."""
         start = time.perf_counter()
         decoded = self.decode(self.observation(measured))
         return self.belief(decoded, replace(measured.timings, chain=time.perf_counter() - start))
@@ -174,10 +174,12 @@ class ChainTracker:
 def observed(measured: Measurement, log_ratio: NDArray[np.float64], settings: ChainSettings) -> Observation:
     """A measurement as a chain sees it whose positions have these log ratios (K,).
 
-    A robot whose sensors tell nothing of its way gets lost no more often than the chain has it anyway.
+    ``carried`` is by how much the sensors make it more probable than ``settings.carried`` that the robot was carried: 0
+    where they tell nothing, as the chain has its own ways of getting lost.
     """
-    more = measured.carried > 0
-    carried = float(expit(measured.log_odds_carried(settings.carried))) - settings.carried if more else 0.0
+    carried = 0.0
+    if measured.log_ratio_carried > 0:
+        carried = float(expit(measured.log_odds_carried(settings.carried))) - settings.carried
     return Observation(measured.distance, log_ratio, 0.0, measured.again, carried)
 
 

@@ -35,7 +35,7 @@ def drive(turns: dict[int, float]) -> list[Measurement]:
 
 def step(distance: float = STEP, turn: float = 0.0, carried: float = -8.0, again: bool = False) -> Measurement:
     even = np.full(COUNT, 1 / COUNT)
-    return Measurement(even, distance, Timings(), np.zeros(COUNT), turn=turn, carried=carried, again=again)
+    return Measurement(even, distance, Timings(), np.zeros(COUNT), turn=turn, log_ratio_carried=carried, again=again)
 
 
 ROUND, STRAIGHT = drive({20: math.pi / 2}), drive({})
@@ -126,14 +126,14 @@ def test_no_place_is_ever_spoken_for_nor_ruled_out(
 def test_a_robot_that_was_carried_may_be_anywhere() -> None:
     """Pictures and scans that tell so leave no fix from before; a step of which they tell nothing leaves all."""
     for carried, least, most in ((30.0, -0.01, 0.0), (0.0, -9.0, math.log(0.1))):
-        steps = [*STRAIGHT[:25], replace(STRAIGHT[25], carried=carried), *STRAIGHT[26:]]
+        steps = [*STRAIGHT[:25], replace(STRAIGHT[25], log_ratio_carried=carried), *STRAIGHT[26:]]
         _, told = followed(MAP, steps, LEFT)
         assert least <= told[39] <= most
 
 
 def test_by_and_by_it_may_have_been_carried_unseen() -> None:
     """Hours in the dark: steps of which nothing is seen leave ever less to speak against."""
-    dark = [replace(one, carried=0.0) for one in STRAIGHT]
+    dark = [replace(one, log_ratio_carried=0.0) for one in STRAIGHT]
     standing = [step(0.0, 0.0, carried=0.0)] * 2000
     fixes, soon = followed(MAP, dark, LEFT)
     for one in standing:
