@@ -27,9 +27,9 @@ class Motion(Enum):
 
     MEASURED = auto()
     """As the odometer tells."""
-    NONE = auto()
+    STOOD = auto()
     """The robot has stood: the view shows once more what that one showed."""
-    OPEN = auto()
+    UNKNOWN = auto()
     """Nobody measured it, or pictures and scans deny what the odometer tells."""
 
 
@@ -83,14 +83,14 @@ class StandWatch:
         if measured:
             self._distance, self._turn = self._distance + view.distance, self._turn + view.turn
         motion = self._motion(sight, measured)
-        if motion is Motion.NONE:
+        if motion is Motion.STOOD:
             return Step(motion)
         step = Step(motion, self._distance, self._turn) if motion is Motion.MEASURED else Step(motion)
         self._last, self._distance, self._turn = sight, 0.0, 0.0
         return step
 
     def _motion(self, sight: Sight, measured: bool) -> Motion:
-        untold = Motion.MEASURED if measured else Motion.OPEN
+        untold = Motion.MEASURED if measured else Motion.UNKNOWN
         still = abs(self._distance) < STILL and abs(self._turn) < STILL
         self._alive = self._alive or (measured and not still)
         if self._last is None or (measured and not still):
@@ -99,8 +99,8 @@ class StandWatch:
         if moved is None:
             return untold
         if moved < -CLEAR or (measured and self._alive and moved < CLEAR):
-            return Motion.NONE
-        return Motion.OPEN if moved > CLEAR else untold
+            return Motion.STOOD
+        return Motion.UNKNOWN if moved > CLEAR else untold
 
 
 def moved_between(before: LevelledPicture, now: LevelledPicture) -> float:

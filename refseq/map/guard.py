@@ -122,9 +122,9 @@ class SensorGuard:
             asked = self.sensors & self._cameras & frozenset(view.images)
             noise = {camera: picture_noise(view.images[camera]) for camera in asked}
             measured = [replace(one, noise=noise) for one in measured]
-        if step.motion is Motion.OPEN:
+        if step.motion is Motion.UNKNOWN:
             return [replace(one, distance=math.nan, turn=math.nan) for one in measured]
-        stood = step.motion is Motion.NONE
+        stood = step.motion is Motion.STOOD
         if self._stands_once:
             return [replace(one, distance=step.distance, turn=step.turn, again=stood) for one in measured]
         if stood and math.isnan(measured[0].distance):  # pictures and scans tell what no odometer does
