@@ -6,7 +6,7 @@ from dataclasses import replace
 from refseq.belief import Belief
 from refseq.inference.chain.chain import Observation
 from refseq.inference.chain.forward import StatePosterior
-from refseq.inference.chain.run_out import path_smoothed
+from refseq.inference.chain.path_filter import path_smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Matching

@@ -14,12 +14,12 @@ from refseq.inference.chain.chain import Chain, ChainSettings, Observation, Obse
 from refseq.inference.chain.emissions import Seen
 from refseq.inference.chain.forward import StatePosterior
 from refseq.inference.chain.motion import motion_prior
-from refseq.inference.chain.run_out import path_filter
-from refseq.inference.chain.turns_behind import TurnsBehind
+from refseq.inference.chain.path_filter import path_filter
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder
 from refseq.map.sequence import ReferenceSequence
+from refseq.map.tracking.turns_behind import TurnsBehind
 
 
 class SequenceTracker(Protocol):
