@@ -16,7 +16,6 @@ from refseq.errors import MapError, RefseqError
 from refseq.features.memory import clock
 from refseq.intake import names_in
 from refseq.map.map import Map, check_is_map
-from refseq.map.profile import Matching
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 
@@ -120,7 +119,7 @@ def compare(
     ``seed`` starts the mixture's random components; ``spent`` is what finding the features took.
     """
     start = time.perf_counter()
-    if sequence.profile.method.matching is Matching.LOG_RATIO:
+    if sequence.profile.by_log_ratios:
         found = sequence.ratios(seen)
         measured = Measurement(softmax(found.log_ratios), distance, spent, found.log_ratios)
         if sequence.profile.log_ratio.usual > 0:

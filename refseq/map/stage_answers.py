@@ -7,7 +7,6 @@ from refseq.belief import Belief, Stage
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
-from refseq.map.profile import Matching
 from refseq.map.tracking.last_fixes import LastFixes, carrying_shows
 from refseq.map.tracking.odometer_scale import OdometerScale
 from refseq.map.tracking.trackers import tracker_for
@@ -28,7 +27,7 @@ class StageAnswers:
         self._stage, self._tracker = stage, tracker_for(stage, map_)
         chained, profile = stage is Stage.CHAIN, map_.profile
         self._scale = OdometerScale(map_) if chained and profile.motion.odometer_scale > 0 else None
-        asked = profile.log_ratio if chained and profile.method.matching is Matching.LOG_RATIO else None
+        asked = profile.log_ratio if chained and profile.by_log_ratios else None
         self._weighers: list[UsualViews | LastFixes] = []
         if asked and asked.usual > 0:
             self._weighers.append(UsualViews(map_))

@@ -9,7 +9,6 @@ from refseq.inference.chain.forward import StatePosterior
 from refseq.inference.chain.path_filter import path_smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
-from refseq.map.profile import Matching
 from refseq.map.tracking.stages import ChainTracker
 from refseq.map.tracking.stands import Stands
 from refseq.map.tracking.trackers import NetworkTracker
@@ -23,8 +22,7 @@ class Hindsight:
     """
 
     def __init__(self, map_: Map) -> None:
-        by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
-        self._tracker = NetworkTracker(map_) if by_ratios else _OnePath(map_)
+        self._tracker = NetworkTracker(map_) if map_.profile.by_log_ratios else _OnePath(map_)
         self._stands = Stands()
         self._counted: list[Sequence[Measurement]] = []
 

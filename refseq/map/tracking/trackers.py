@@ -23,7 +23,7 @@ from refseq.inference.chain.path_filter import path_filter
 from refseq.inference.chain.trajectory_entropy import trajectory_entropy
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
-from refseq.map.profile import Decoder, Matching
+from refseq.map.profile import Decoder
 from refseq.map.sequence import ReferenceSequence
 from refseq.map.tracking.stages import ChainTracker, decoded_belief, observed, stage_tracker, with_turns
 from refseq.map.tracking.stands import Stands
@@ -47,8 +47,8 @@ def tracker_for(stage: Stage, map_: Map) -> Tracker:
 
 
 def _tracker_for(stage: Stage, map_: Map) -> Tracker:
-    method = map_.profile.method
-    filters = stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD
+    profile = map_.profile
+    filters = stage is Stage.CHAIN and profile.by_log_ratios and profile.method.decoding is Decoder.FORWARD
     if filters and not (map_.has_one_path and not len(map_.loops)):
         return NetworkTracker(map_)
     return OnlySequence(stage, map_) if map_.has_one_path else SurestSequence(stage, map_)
