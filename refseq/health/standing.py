@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.health.change import bounded, gaussian
-from refseq.health.pictures import MOVED, SIZE, STANDING, LevelledPicture, change, levelled
+from refseq.health.pictures import MOVED, SIZE, STANDING, LevelledPicture, change, is_large, levelled
 from refseq.health.scan_motion import STILL, moved_ratio
 from refseq.view import Scan, View, measures
 
@@ -43,7 +43,7 @@ class Sight:
     @cached_property
     def pictures(self) -> Mapping[str, LevelledPicture]:
         """The images reduced, noise averaged out; without those that are too small, and those that show nothing."""
-        reduced = {name: levelled(_reduced(image)) for name, image in self.images.items() if _is_large(image)}
+        reduced = {name: levelled(_reduced(image)) for name, image in self.images.items() if is_large(image)}
         return {name: one for name, one in reduced.items() if one.spread >= SHOWN}
 
     def moved_since(self, last: "Sight") -> float | None:
@@ -109,10 +109,6 @@ def moved_between(before: LevelledPicture, now: LevelledPicture) -> float:
     A change smaller than that of a camera that stands says no more for standing than its mean.
     """
     return bounded(gaussian(max(math.log(max(change(before, now), 1e-9)), STANDING[0]), MOVED, STANDING))
-
-
-def _is_large(image: NDArray[np.uint8]) -> bool:
-    return bool(image.shape[1] >= SIZE[0] and image.shape[0] >= SIZE[1])
 
 
 def _reduced(image: NDArray[np.uint8]) -> NDArray[np.float32]:

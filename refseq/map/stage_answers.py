@@ -7,7 +7,7 @@ from refseq.belief import Belief, Stage
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
-from refseq.map.tracking.last_fixes import LastFixes, carrying_shows
+from refseq.map.tracking.last_fixes import LastFixes, can_trust_fixes
 from refseq.map.tracking.odometer_scale import OdometerScale
 from refseq.map.tracking.trackers import tracker_for
 from refseq.map.tracking.usual import UsualViews
@@ -31,7 +31,7 @@ class StageAnswers:
         self._weighers: list[UsualViews | LastFixes] = []
         if asked and asked.usual > 0:
             self._weighers.append(UsualViews(map_))
-        if asked and asked.fixes > 0 and carrying_shows(map_, sensors):
+        if asked and asked.fixes > 0 and can_trust_fixes(map_, sensors):
             self._weighers.append(LastFixes(map_))
         self._last: Belief | None = None
         self.measured: Sequence[Measurement] = ()

@@ -125,7 +125,7 @@ class LastFixes:
         return np.where(told > -np.inf, np.maximum(told, math.log(LEAST)), 0.0)
 
 
-def carrying_shows(map_: Map, sensors: Sequence[str] | None) -> bool:
+def can_trust_fixes(map_: Map, sensors: Sequence[str] | None) -> bool:
     """True where fixes can be trusted: two sensors or more are asked, or the robot is never carried.
 
     ``sensors`` are those of the map that are asked; None: all.

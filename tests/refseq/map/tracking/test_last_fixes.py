@@ -17,7 +17,7 @@ from refseq.map.localiser import localise
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
 from refseq.map.profile import BEST
-from refseq.map.tracking.last_fixes import APART, DRIFT, LEAST, NEAR, LastFixes, carrying_shows
+from refseq.map.tracking.last_fixes import APART, DRIFT, LEAST, NEAR, LastFixes, can_trust_fixes
 from refseq.view import ASSUMED, View
 from tests.refseq.rooms import bits_drive, bits_sequence
 from tests.support import corridor_drive
@@ -156,9 +156,9 @@ def test_a_way_that_nobody_measured_leaves_nothing_known() -> None:
 def test_a_sensor_alone_is_asked_for_no_fixes_unless_nobody_carries_the_robot(maps: tuple[Map, Map]) -> None:
     never = learn(seen(1, math.pi / 2)[:3], profile="best+chain.carried=0")
     for sensors in (["laser"], ["forward"], ["laser", "forward"], ["forward", "lateral"]):
-        assert carrying_shows(maps[1], sensors) == (len(sensors) > 1)
-        assert carrying_shows(never, sensors)
-    assert carrying_shows(maps[1], None)
+        assert can_trust_fixes(maps[1], sensors) == (len(sensors) > 1)
+        assert can_trust_fixes(never, sensors)
+    assert can_trust_fixes(maps[1], None)
 
 
 def test_a_map_of_pictures_whose_way_was_assumed_tells_of_no_way() -> None:

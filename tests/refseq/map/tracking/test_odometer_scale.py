@@ -14,7 +14,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
-from refseq.map.tracking.odometer_scale import PLAY, RESIDUAL, SURE, OdometerScale
+from refseq.map.tracking.odometer_scale import CLEAR, PLAY, RESIDUAL, OdometerScale
 from refseq.view import View
 from tests.support import corridor_drive
 
@@ -77,7 +77,7 @@ def test_the_slope_is_that_of_least_squares_under_a_normal_prior(map_: Map, slop
         np.vstack([equations, [1 / SPREAD, 0.0]]), np.append(places / RESIDUAL, 1 / SPREAD), rcond=None
     )[0][0]
     spread = (SPREAD**-2 + ((ways - ways.mean()) ** 2).sum() / RESIDUAL**2) ** -0.5
-    clear = abs(expected - 1) > max(PLAY, SURE * spread)
+    clear = abs(expected - 1) > max(PLAY, CLEAR * spread)
     assert estimator.scale == pytest.approx(expected if clear else 1.0, abs=1e-9)
 
 
