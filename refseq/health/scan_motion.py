@@ -77,29 +77,26 @@ class MotionWatch:
         """
         if not measures(view):
             self._last = scan
-            if scan is not None:
-                self._begin(scan)
+            self._begin(scan)
             return SILENT
         last, unseen = self._last, self._unseen
         self._last, self._unseen = scan or last, scan is None
         if last is None:
-            if scan is not None:
-                self._begin(scan)
+            self._begin(scan)
             return SILENT
         if scan is not None and not unseen and abs(view.distance) < STILL and abs(view.turn) < STILL:
             return motion_ratios(last, scan, 0.0, 0.0)
-        begun = self._begun or last
         self._distance, self._turn = self._distance + view.distance, self._turn + view.turn
-        if scan is None:
+        if scan is None or (abs(self._distance) < APART and abs(self._turn) < TURNED):
             return SILENT
-        if abs(self._distance) < APART and abs(self._turn) < TURNED:
-            return SILENT
-        distance, turn = self._distance, self._turn
+        found = motion_ratios(self._begun or last, scan, self._distance, self._turn)
         self._begin(scan)
-        return motion_ratios(begun, scan, distance, turn)
+        return found
 
-    def _begin(self, scan: Scan) -> None:
-        self._begun, self._distance, self._turn = scan, 0.0, 0.0
+    def _begin(self, scan: Scan | None) -> None:
+        """Reckon the way from this scan on; without one the way goes on as before."""
+        if scan is not None:
+            self._begun, self._distance, self._turn = scan, 0.0, 0.0
 
 
 def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> MotionRatios:
