@@ -3,7 +3,6 @@
 import math
 import time
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,17 +21,9 @@ from refseq.map.sequence import ReferenceSequence
 from refseq.map.tracking.turns_behind import TurnsBehind
 
 
-class SequenceTracker(Protocol):
-    """One stage over one sequence: measurements to beliefs."""
-
-    def reset(self) -> None:
-        """Forget all views seen."""
-
-    def update(self, measured: Measurement) -> Belief:
-        """Take the next measurement and answer."""
-
-
-def stage_tracker(stage: Stage, sequence: ReferenceSequence, turns: TurnsBehind | None = None) -> SequenceTracker:
+def stage_tracker(
+    stage: Stage, sequence: ReferenceSequence, turns: TurnsBehind | None = None
+) -> "SingleView | MotionFilter | ChainTracker":
     """A fresh tracker of a stage; ``turns`` are asked by the chain."""
     match stage:
         case Stage.UNIFORM:
