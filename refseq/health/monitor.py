@@ -37,6 +37,11 @@ class SensorTests:
         test = self._tests.get(kind)
         return test is not None and (test.declared or test.score > 0)
 
+    @property
+    def doubted(self) -> bool:
+        """True while the sensor may show nothing, or the same again and again."""
+        return any(self.suspected(kind) for kind in (FaultKind.BLANK, FaultKind.BLIND, FaultKind.FROZEN))
+
     def conclude(self) -> None:
         """Declare what is due, or take it back."""
         if self.fault is not None:
@@ -114,15 +119,12 @@ class HealthMonitor:
         usable = usable_view(view, faults)
         trusted = self._tests[ODOMETRY].fault is None
         step = self._stand.update(view, self._sight(usable), trusted=trusted)
-        return Health(faults, usable, step, 0.0 if self._doubted(self._tests[LASER]) else motion.carried)
+        return Health(faults, usable, step, 0.0 if self._tests[LASER].doubted else motion.carried)
 
     def _sight(self, view: View) -> Sight:
         """The sensors that can tell of motion: those of which nothing is suspected."""
-        images = {name: one for name, one in view.images.items() if not self._doubted(self._cameras[name])}
-        return Sight(images, None if self._doubted(self._tests[LASER]) else view.scan)
-
-    def _doubted(self, tests: SensorTests) -> bool:
-        return any(tests.suspected(kind) for kind in (FaultKind.BLANK, FaultKind.BLIND, FaultKind.FROZEN))
+        images = {name: one for name, one in view.images.items() if not self._cameras[name].doubted}
+        return Sight(images, None if self._tests[LASER].doubted else view.scan)
 
     def compare(self, exchanged: Mapping[str, float]) -> tuple[DeclaredFault, ...]:
         """Take the ratios of cameras at the last view whose pictures may be another's [nats]; returns all faults."""
@@ -139,8 +141,7 @@ class HealthMonitor:
             ratios = self._pictures.setdefault(name, PictureWatch()).update(image, way)
             tests.update(self._now, FaultKind.BLANK, ratios.blank)
             tests.update(self._now, FaultKind.FROZEN, ratios.frozen)
-            if not any(tests.suspected(kind) for kind in (FaultKind.BLANK, FaultKind.FROZEN)):
-                moved += ratios.moved
+            moved += 0.0 if tests.doubted else ratios.moved
         return moved
 
     def _look_at_scan(self, view: View, way: float) -> MotionRatios:

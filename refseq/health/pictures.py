@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.health.change import bounded, gaussian
+from refseq.health.change import MOST, bounded, gaussian
 
 SIZE = (80, 60)
 """Pictures are compared at this width and height: the noise of single pixels is averaged out. Smaller ones are too
@@ -23,7 +23,6 @@ STANDING, MOVED = (math.log(0.4), 0.5), (math.log(4.0), 1.0)
 
 REPEAT = 0.1
 """Way within which a camera takes its next picture, as a mean of an exponential distribution [m]."""
-
 
 SMALLEST = 16
 """Pictures of less to a side [pixels] do not tell places apart: made wider they show nothing more."""
@@ -80,7 +79,7 @@ class PictureWatch:
 
     def update(self, image: NDArray[np.uint8], way: float) -> PictureRatios:
         """Take the next picture, ``way`` [m] of odometry after the last one."""
-        if image.shape[1] < SIZE[0] or image.shape[0] < SIZE[1]:
+        if not is_large(image):
             return UNTOLD
         small = cv2.resize(image, SIZE, interpolation=cv2.INTER_AREA).astype(np.float32)
         blank = gaussian(math.log(max(float(small.std()), 0.1)), BLANK, SHOWING)
@@ -92,7 +91,12 @@ class PictureWatch:
             return PictureRatios(bounded(blank), bounded(self._way / REPEAT), 0.0)
         self._way = 0.0
         moved = 0.0 if before is None else gaussian(math.log(max(change(before, after), 0.05)), MOVED, STANDING)
-        return PictureRatios(bounded(blank), bounded(-math.inf), bounded(moved))
+        return PictureRatios(bounded(blank), -MOST, bounded(moved))
+
+
+def is_large(image: NDArray[np.uint8]) -> bool:
+    """True for a picture that is judged: of ``SIZE`` or larger."""
+    return bool(image.shape[1] >= SIZE[0] and image.shape[0] >= SIZE[1])
 
 
 class LevelledPicture(NamedTuple):

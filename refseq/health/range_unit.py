@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.health.scan_motion import unexplained_ways
+from refseq.health.likelihood_field import ScanPair
 from refseq.view import Scan, View
 
 UNITS: Mapping[str, float] = MappingProxyType(
@@ -105,8 +105,11 @@ def _ratio(before: Scan | None, after: Scan | None, pair: _Pair) -> float | None
         return None
     size = MEDIAN / float(np.median(there))
     ways = math.copysign(1.0, pair.distance) * WAYS
-    left = unexplained_ways(_sized(before, size), _sized(after, size), ways, pair.turn)
-    if left is None or left[0] < left.min() + STANDING:
+    laid = ScanPair.of(_sized(before, size), _sized(after, size))
+    if laid is None:
+        return None
+    left = laid.unexplained([(way, pair.turn) for way in ways.tolist()])
+    if left[0] < left.min() + STANDING:
         return None
     good = WAYS[left < left.min() + SHARP]
     if good[0] == 0 or good[-1] == WAYS[-1] or good[-1] > SPREAD * good[0]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from refseq.health.change import bounded
+from refseq.health.change import MOST, bounded
 from refseq.health.pictures import REPEAT
 from refseq.view import Scan
 
@@ -58,7 +58,7 @@ class ScanWatch:
         repeated = self._last is not None and silent < 1 and _same(self._last, scan)
         self._way = self._way + way if repeated else 0.0
         self._last = scan
-        return ScanRatios(blind, bounded(self._way / REPEAT if repeated else -math.inf), repeated)
+        return ScanRatios(blind, bounded(self._way / REPEAT) if repeated else -MOST, repeated)
 
 
 def _same(one: Scan, other: Scan) -> bool:

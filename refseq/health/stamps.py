@@ -23,7 +23,6 @@ CLEAR_WAY, SLOW = 0.3, 0.2
 LEAST_TIMES = 3
 """Times between views before which nothing is known to be usual."""
 
-
 ALIKE = 1.5
 """Long times that differ by no more than this factor are alike."""
 

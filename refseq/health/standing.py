@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.health.change import bounded, gaussian
-from refseq.health.pictures import MOVED, SIZE, STANDING, LevelledPicture, change, levelled
+from refseq.health.pictures import MOVED, SIZE, STANDING, LevelledPicture, change, is_large, levelled
 from refseq.health.scan_motion import STILL, moved_ratio
 from refseq.view import Scan, View, measures
 
@@ -27,9 +27,9 @@ class Motion(Enum):
 
     MEASURED = auto()
     """As the odometer tells."""
-    NONE = auto()
+    STOOD = auto()
     """The robot has stood: the view shows once more what that one showed."""
-    OPEN = auto()
+    UNKNOWN = auto()
     """Nobody measured it, or pictures and scans deny what the odometer tells."""
 
 
@@ -43,7 +43,7 @@ class Sight:
     @cached_property
     def pictures(self) -> Mapping[str, LevelledPicture]:
         """The images reduced, noise averaged out; without those that are too small, and those that show nothing."""
-        reduced = {name: levelled(_reduced(image)) for name, image in self.images.items() if _is_large(image)}
+        reduced = {name: levelled(_reduced(image)) for name, image in self.images.items() if is_large(image)}
         return {name: one for name, one in reduced.items() if one.spread >= SHOWN}
 
     def moved_since(self, last: "Sight") -> float | None:
@@ -83,14 +83,14 @@ class StandWatch:
         if measured:
             self._distance, self._turn = self._distance + view.distance, self._turn + view.turn
         motion = self._motion(sight, measured)
-        if motion is Motion.NONE:
+        if motion is Motion.STOOD:
             return Step(motion)
         step = Step(motion, self._distance, self._turn) if motion is Motion.MEASURED else Step(motion)
         self._last, self._distance, self._turn = sight, 0.0, 0.0
         return step
 
     def _motion(self, sight: Sight, measured: bool) -> Motion:
-        untold = Motion.MEASURED if measured else Motion.OPEN
+        untold = Motion.MEASURED if measured else Motion.UNKNOWN
         still = abs(self._distance) < STILL and abs(self._turn) < STILL
         self._alive = self._alive or (measured and not still)
         if self._last is None or (measured and not still):
@@ -99,8 +99,8 @@ class StandWatch:
         if moved is None:
             return untold
         if moved < -CLEAR or (measured and self._alive and moved < CLEAR):
-            return Motion.NONE
-        return Motion.OPEN if moved > CLEAR else untold
+            return Motion.STOOD
+        return Motion.UNKNOWN if moved > CLEAR else untold
 
 
 def moved_between(before: LevelledPicture, now: LevelledPicture) -> float:
@@ -109,10 +109,6 @@ def moved_between(before: LevelledPicture, now: LevelledPicture) -> float:
     A change smaller than that of a camera that stands says no more for standing than its mean.
     """
     return bounded(gaussian(max(math.log(max(change(before, now), 1e-9)), STANDING[0]), MOVED, STANDING))
-
-
-def _is_large(image: NDArray[np.uint8]) -> bool:
-    return bool(image.shape[1] >= SIZE[0] and image.shape[0] >= SIZE[1])
 
 
 def _reduced(image: NDArray[np.uint8]) -> NDArray[np.float32]:

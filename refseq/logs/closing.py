@@ -7,14 +7,17 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from refseq.planar import Pose
+from refseq.view import View
+
 COMPLETE, CAUSE, ENDED = "complete", "cause", "ended"
 """Notes in the metadata of a drive that ended before its time: ``False``, why, and when (UTC); a whole one has none."""
 LONGEST_CAUSE = 200
 """Characters of a cause that are kept."""
 
 
-class ClosedAtExit(ABC):
-    """A writer whose drive gets its name when the block ends well.
+class DriveWriter(ABC):
+    """A drive that is being written: it gets its name when it is closed, as a ``with`` block that ends well does.
 
     When an error ends the block, what was written stays beside it, at ``partial``, marked as incomplete; what lay under
     the name stays as it was. The error's note tells so.
@@ -25,6 +28,10 @@ class ClosedAtExit(ABC):
     """Where the drive lies while it is written: a new name."""
     written: int = 0
     """Views so far."""
+
+    @abstractmethod
+    def write(self, view: View, odometry: Pose) -> None:
+        """Add a view, and the odometer's pose at it. Raises as ``writable`` does, and where it cannot be written."""
 
     @abstractmethod
     def note(self, metadata: Mapping[str, str]) -> None:

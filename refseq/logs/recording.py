@@ -1,15 +1,11 @@
-"""A recorded drive, and the step from time-stamped sensor data to views, which all log formats share."""
+"""A recorded drive, and the step from poses at the times of its views to their motion, which all log formats share."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
-
-import numpy as np
-from numpy.typing import NDArray
 
 from refseq.logs.findings import Findings
 from refseq.planar import Pose, motion_between
-from refseq.view import Scan, View
+from refseq.view import View
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +37,11 @@ class Recording:
         return frozenset().union(*(view.sensors for view in self.views))
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class TimedData:
-    """All data of a log that carry one time stamp, ``time`` [s]."""
+    """Poses and behaviour that a log tells of one ``time`` [s]: all of a view but what its sensors see."""
 
     time: float
-    images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
-    scan: Scan | None = None
     odometry: Pose | None = None
     truth: Pose | None = None
     behaviour: str = ""
@@ -58,7 +52,7 @@ def views_of(data: Iterable[TimedData]) -> Iterator[View]:
     before: Pose | None = None
     for at in data:
         now = at.odometry
+        measured = now is not None
         distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
         before = now or before
-        images = MappingProxyType(at.images)
-        yield View(at.time, images, at.scan, distance, turn, at.truth, at.behaviour, has_odometry=now is not None)
+        yield View(at.time, distance=distance, turn=turn, truth=at.truth, behaviour=at.behaviour, has_odometry=measured)

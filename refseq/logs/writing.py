@@ -1,14 +1,14 @@
-"""Interfaces of what writes drives: a format, and a drive that is being written in it."""
+"""Formats in which drives are written, and what of a drive a file can hold."""
 
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 from refseq.errors import LogError
 from refseq.intake import usable
 from refseq.limits import METRES
+from refseq.logs.closing import DriveWriter
 from refseq.logs.rig import SensorRig
 from refseq.planar import Pose
 from refseq.view import View
@@ -45,36 +45,6 @@ def words_of(metadata: Mapping[str, str]) -> dict[str, str]:
         except UnicodeEncodeError as error:  # half of a pair: a byte of a file's name that is no UTF-8
             raise LogError(f"metadata {key!r:.60} is {value!r:.60}; valid are texts that UTF-8 can hold") from error
     return dict(metadata)
-
-
-class DriveWriter(Protocol):
-    """A drive that is being written; it is at its place when it has been closed, and beside it until then."""
-
-    def write(self, view: View, odometry: Pose) -> None:
-        """Add a view, and the odometer's pose at it. Raises as ``writable`` does, and where it cannot be written."""
-        ...
-
-    def note(self, metadata: Mapping[str, str]) -> None:
-        """Add to what is told of the drive; of two values of a key the later one counts. Raises ``LogError``."""
-        ...
-
-    def close(self) -> None:
-        """Finish, and put the drive at its place. Raises ``LogError`` when it cannot be written."""
-        ...
-
-    def discard(self) -> None:
-        """Give the drive up: what lies at its place stays as it was."""
-        ...
-
-    def __enter__(self) -> Self:
-        """Return the writer itself, for a ``with`` block that closes it where it ends well."""
-        ...
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close it; where an error ends the block leave it beside its place, marked as incomplete."""
-        ...
 
 
 class OutputFormat(Protocol):

@@ -17,18 +17,17 @@ from refseq.map.exchange import ExchangeWatch
 from refseq.map.following import PictureSteps
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher, Measurement, wanted_of
-from refseq.map.profile import Matching
 from refseq.view import LASER, Scan, View
 
 
 @dataclass(frozen=True, slots=True)
-class GuardedView:
+class ViewFaults:
     """``faults`` that stand at a view; ``sightless`` where, by them, none of the sensors that are asked is left."""
 
     faults: tuple[DeclaredFault, ...] = ()
     sightless: bool = False
 
-    def told(self, belief: Belief) -> Belief:
+    def added_to(self, belief: Belief) -> Belief:
         """The belief of the view with the faults that stand; without any sensor left the robot is lost."""
         if not self.faults:
             return belief
@@ -37,16 +36,16 @@ class GuardedView:
         return replace(belief, faults=self.faults, lost=1.0, path=(*belief.path[:-1], LOST))
 
 
-def told_in_hindsight(beliefs: Sequence[Belief], guarded: Sequence[GuardedView]) -> list[Belief]:
+def with_faults(beliefs: Sequence[Belief], stood: Sequence[ViewFaults]) -> list[Belief]:
     """Beliefs of a whole drive with the faults that stood at its views.
 
     A view without any sensor left is where the views around it put it; one with no view behind it that sees anything is
     lost, as it was on the way.
     """
-    seeing = max((k for k, view in enumerate(guarded) if not view.sightless), default=-1)
+    seeing = max((k for k, view in enumerate(stood) if not view.sightless), default=-1)
     return [
-        (view if k > seeing else replace(view, sightless=False)).told(belief)
-        for k, (belief, view) in enumerate(zip(beliefs, guarded, strict=True))
+        (view if k > seeing else replace(view, sightless=False)).added_to(belief)
+        for k, (belief, view) in enumerate(zip(beliefs, stood, strict=True))
     ]
 
 
@@ -54,7 +53,7 @@ class SensorGuard:
     """A matcher behind a monitor of the sensors (docs/sensor-faults.md).
 
     As long as nothing is declared the matcher gets every view as it is. ``sensors`` are those of the map that are
-    asked, ``guarded`` tells the faults that stand at the last view; ``scan`` is what its laser saw, None where that is
+    asked, ``view_faults`` those that stand at the last view; ``scan`` is what its laser saw, None where that is
     ill, missing or not asked. Takes the same as ``Matcher``, and raises the same.
     """
 
@@ -64,7 +63,7 @@ class SensorGuard:
         self._cameras = map_.sensors - {LASER}
         self._monitor = HealthMonitor()
         self._stands_once = map_.profile.motion.stands_once
-        by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
+        by_ratios = map_.profile.by_log_ratios
         self._asks_noise = by_ratios and map_.profile.log_ratio.usual > 0
         # In clutter scans do not follow each other: a laser alone says too often that the robot was carried (0051).
         self._asks_carried = by_ratios and map_.profile.chain.carried > 0 and bool(self.sensors & self._cameras)
@@ -76,7 +75,7 @@ class SensorGuard:
         self._monitor.reset()
         self._exchange = ExchangeWatch(self._matcher.extractors)
         self._pictures = PictureSteps()
-        self.guarded = GuardedView()
+        self.view_faults = ViewFaults()
         self._met = False
         self.scan: Scan | None = None
         self._trusted: View | None = None
@@ -90,22 +89,19 @@ class SensorGuard:
         self._check_cameras(view)
         health = self._monitor.update(view)
         measured = self._match(health.usable, health.step)
-        ill = {fault.sensor for fault in health.faults if fault.kind is not FaultKind.EXCHANGED}
-        looked_at = replace(view, images={name: image for name, image in view.images.items() if name not in ill})
-        ratios = self._exchange.ratios(looked_at, self._matcher.described)
-        faults = self._monitor.compare(ratios)
+        faults = self._monitor.compare(self._exchanged(view, health.faults))
         trusted = usable_view(view, faults)
         if trusted.sensors != health.usable.sensors:
             measured = self._match(trusted, health.step)
         self._trusted = trusted
         self.scan = trusted.scan if LASER in self.sensors else None
         fallen = self.sensors & {fault.sensor for fault in faults}
-        self.guarded = GuardedView(faults, bool(fallen) and not trusted.sensors & self.sensors)
-        if self._asks_carried:
-            by_pictures = self._pictures.update(self.keys(), measured[0].distance, measured[0].turn)
-            by_scan = health.carried if self.scan is not None else 0.0
-            measured = [replace(one, carried=by_pictures + by_scan) for one in measured]
-        return measured
+        self.view_faults = ViewFaults(faults, bool(fallen) and not trusted.sensors & self.sensors)
+        if not self._asks_carried:
+            return measured
+        by_pictures = self._pictures.update(self.keys(), measured[0].distance, measured[0].turn)
+        by_scan = health.carried if self.scan is not None else 0.0
+        return [replace(one, log_ratio_carried=by_pictures + by_scan) for one in measured]
 
     def keys(self) -> Mapping[str, PictureKeys]:
         """Keys of the last view, by camera: of those that are wanted and can be trusted."""
@@ -117,19 +113,29 @@ class SensorGuard:
 
     def _match(self, view: View, step: Step) -> list[Measurement]:
         """Compare a view that came so after the last one that counted."""
-        measured = self._matcher.match(view)
-        if self._asks_noise:
-            asked = self.sensors & self._cameras & frozenset(view.images)
-            noise = {camera: picture_noise(view.images[camera]) for camera in asked}
-            measured = [replace(one, noise=noise) for one in measured]
-        if step.motion is Motion.OPEN:
-            return [replace(one, distance=math.nan, turn=math.nan) for one in measured]
-        stood = step.motion is Motion.NONE
+        measured = [self._moved(one, step) for one in self._matcher.match(view)]
+        if not self._asks_noise:
+            return measured
+        asked = self.sensors & self._cameras & frozenset(view.images)
+        noise = {camera: picture_noise(view.images[camera]) for camera in asked}
+        return [replace(one, noise=noise) for one in measured]
+
+    def _moved(self, measured: Measurement, step: Step) -> Measurement:
+        """The measurement with the step that pictures, scans and odometer agree on; NaN where they do not."""
+        if step.motion is Motion.UNKNOWN:
+            return replace(measured, distance=math.nan, turn=math.nan)
+        stood = step.motion is Motion.STOOD
         if self._stands_once:
-            return [replace(one, distance=step.distance, turn=step.turn, again=stood) for one in measured]
-        if stood and math.isnan(measured[0].distance):  # pictures and scans tell what no odometer does
-            return [replace(one, distance=0.0, turn=0.0) for one in measured]
+            return replace(measured, distance=step.distance, turn=step.turn, again=stood)
+        if stood and math.isnan(measured.distance):  # pictures and scans tell what no odometer does
+            return replace(measured, distance=0.0, turn=0.0)
         return measured
+
+    def _exchanged(self, view: View, faults: Sequence[DeclaredFault]) -> Mapping[str, float]:
+        """Log-likelihood ratio of each camera's being exchanged; those that are ill in another way are not asked."""
+        ill = {fault.sensor for fault in faults if fault.kind is not FaultKind.EXCHANGED}
+        images = {name: image for name, image in view.images.items() if name not in ill}
+        return self._exchange.ratios(replace(view, images=images), self._matcher.described)
 
     def _check_cameras(self, view: View) -> None:
         """Raise ``ViewError`` as long as no camera of the map was met: names differ, or the robot does."""

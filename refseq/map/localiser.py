@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Stage, stage_named
 from refseq.intake import each_view
-from refseq.map.guard import told_in_hindsight
+from refseq.map.guard import with_faults
 from refseq.map.map import Map
 from refseq.map.measurer import Measurer
 from refseq.map.stage_answers import StageAnswers
@@ -86,13 +86,13 @@ def smoothed(map_: Map, views: Iterable[View], *, seed: int = 0) -> list[Belief]
 
     They are not what a robot could have known on its way, and are scored apart; ``Hindsight`` tells how, and what it
     raises. As on the way, scans and keys are asked at the places that the views before name, and beliefs tell of the
-    faults that stood at their views (``told_in_hindsight``).
+    faults that stood at their views (``with_faults``).
     """
     measurer, answers, hindsight = Measurer(map_, seed=seed), StageAnswers(map_, Stage.CHAIN), Hindsight(map_)
-    guarded = []
+    stood = []
     for view in each_view(views):
         measurer.take(view)
         answers.follow(measurer)
         hindsight.take(answers.measured)
-        guarded.append(measurer.guarded)
-    return told_in_hindsight(hindsight.beliefs(), guarded)
+        stood.append(measurer.view_faults)
+    return with_faults(hindsight.beliefs(), stood)

@@ -16,7 +16,6 @@ from refseq.errors import MapError, RefseqError
 from refseq.features.memory import clock
 from refseq.intake import names_in
 from refseq.map.map import Map, check_is_map
-from refseq.map.profile import Matching
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 
@@ -28,16 +27,18 @@ Features = Mapping[str, NDArray[np.intp]]
 class Measurement:
     """A view after matching with one sequence: the likelihood of each of its places (K,), sum 1.
 
-    ``distance`` and ``turn`` are the motion since the last view [m, rad], NaN where nobody measured it; ``timings`` is
-    what matching cost. ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None``
-    where the matching does not tell; the likelihood is then the same but for a factor. ``log_average`` is the
-    log-likelihood of the average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture
-    alone. With ``again`` the robot has stood since the last view, and this one shows the same once more. ``by_block``
-    and ``power`` are those of the words' ``LogRatios``, the former with what other blocks brought at the places that
-    they were asked about, NaN elsewhere; ``noise`` is that of the view's pictures by camera [grey
-    levels]; both where the map's profile asks for usual views. ``carried`` is the log-likelihood ratio of a robot that
-    was carried since the last view against one that came as its odometer tells [nats], where a camera is asked and
-    the profile asks for it; 0 where nothing tells.
+    ``timings`` is what matching cost. ``log_ratio`` (K,) is the log-likelihood ratio of each place against being
+    elsewhere, ``None`` where the matching does not tell; the likelihood is then the same but for a factor.
+    ``log_average`` is the log-likelihood of the average feature combination on the scale of ``likelihood``
+    (``mixture.Match``), of the mixture alone.
+
+    ``distance`` and ``turn`` are the motion since the last view [m, rad], NaN where nobody measured it; with ``again``
+    the robot has stood, and this view shows the same once more. ``log_ratio_carried`` is the log-likelihood ratio of a
+    robot that was carried against one that came as its odometer tells [nats]; 0 where nothing tells, or nobody asks.
+
+    Where usual views are asked for (``UsualViews``), ``by_block`` and ``power`` are those of the words' ``LogRatios``,
+    the former with what other blocks brought at the places that they were asked about, NaN elsewhere, and ``noise`` is
+    that of the view's pictures by camera [grey levels].
     """
 
     likelihood: NDArray[np.float64]
@@ -50,7 +51,7 @@ class Measurement:
     by_block: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     power: float = 1.0
     noise: Mapping[str, float] = field(default_factory=dict)
-    carried: float = 0.0
+    log_ratio_carried: float = 0.0
 
     @property
     def stands(self) -> bool:
@@ -59,7 +60,7 @@ class Measurement:
 
     def log_odds_carried(self, before: float) -> float:
         """Log odds that the robot was carried since the last view, by the probability of it ``before`` it was seen."""
-        return float(logit(before)) + self.carried
+        return float(logit(before)) + self.log_ratio_carried
 
     def with_log_ratio(self, log_ratio: NDArray[np.float64]) -> "Measurement":
         """The same view with other log ratios of the places, (K,), and the likelihoods that follow from them."""
@@ -118,7 +119,7 @@ def compare(
     ``seed`` starts the mixture's random components; ``spent`` is what finding the features took.
     """
     start = time.perf_counter()
-    if sequence.profile.method.matching is Matching.LOG_RATIO:
+    if sequence.profile.by_log_ratios:
         found = sequence.ratios(seen)
         measured = Measurement(softmax(found.log_ratios), distance, spent, found.log_ratios)
         if sequence.profile.log_ratio.usual > 0:

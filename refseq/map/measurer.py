@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 from refseq.belief import Belief
 from refseq.map.blocks.beside_words import BesideWords
-from refseq.map.guard import GuardedView, SensorGuard
+from refseq.map.guard import SensorGuard, ViewFaults
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.view import View
 
 
 class Measurer:
-    """Views to measurements: take each view, ask how it is weighed after a belief, and tell the belief that follows.
+    """Views to measurements: take each view, ask how it is weighed after a belief, complete the belief that follows.
 
     One view can be asked after several beliefs, as stages have their own. Takes the same as ``SensorGuard``, and raises
     the same.
@@ -36,11 +36,11 @@ class Measurer:
         """The view in every sequence; ``last`` is the belief before it, None where that does not count."""
         return self._beside.weighed(self._words, last)
 
-    def told(self, belief: Belief) -> Belief:
+    def completed(self, belief: Belief) -> Belief:
         """The view's belief with faults of sensors and the pose beside the place, where there are any."""
-        return self._beside.told(self.guarded.told(belief))
+        return self._beside.with_pose(self.view_faults.added_to(belief))
 
     @property
-    def guarded(self) -> GuardedView:
+    def view_faults(self) -> ViewFaults:
         """Faults of sensors that stand at the view taken last."""
-        return self._guard.guarded
+        return self._guard.view_faults

@@ -51,7 +51,7 @@ class PosesBeside:
             self._fits[place] = None if there is None or self._scan is None else fitted(there, self._scan)
         return self._fits[place]
 
-    def told(self, belief: Belief) -> Belief:
+    def with_pose(self, belief: Belief) -> Belief:
         """The belief with its pose, where there is one; what that took counts as matching."""
         if self._scan is None or belief.lost > LOST_ABOVE:
             return belief

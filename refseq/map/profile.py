@@ -77,6 +77,11 @@ class Profile:
         features = list(self.features) if isinstance(self.features, tuple) else self.features
         return asdict(self) | {"features": features}
 
+    @property
+    def by_log_ratios(self) -> bool:
+        """True where places are compared by calibrated log ratios, and not by the mixture."""
+        return self.method.matching is Matching.LOG_RATIO
+
     def asks_network(self, features: Sequence[str] | None = None) -> bool:
         """True where ``features``, by default its own, ask a neural network."""
         return NEURAL_FEATURE in (features or self.features)

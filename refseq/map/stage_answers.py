@@ -7,8 +7,7 @@ from refseq.belief import Belief, Stage
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.map.measurer import Measurer
-from refseq.map.profile import Matching
-from refseq.map.tracking.last_fixes import LastFixes, carrying_shows
+from refseq.map.tracking.last_fixes import LastFixes, can_trust_fixes
 from refseq.map.tracking.odometer_scale import OdometerScale
 from refseq.map.tracking.trackers import tracker_for
 from refseq.map.tracking.usual import UsualViews
@@ -28,11 +27,11 @@ class StageAnswers:
         self._stage, self._tracker = stage, tracker_for(stage, map_)
         chained, profile = stage is Stage.CHAIN, map_.profile
         self._scale = OdometerScale(map_) if chained and profile.motion.odometer_scale > 0 else None
-        asked = profile.log_ratio if chained and profile.method.matching is Matching.LOG_RATIO else None
+        asked = profile.log_ratio if chained and profile.by_log_ratios else None
         self._weighers: list[UsualViews | LastFixes] = []
         if asked and asked.usual > 0:
             self._weighers.append(UsualViews(map_))
-        if asked and asked.fixes > 0 and carrying_shows(map_, sensors):
+        if asked and asked.fixes > 0 and can_trust_fixes(map_, sensors):
             self._weighers.append(LastFixes(map_))
         self._last: Belief | None = None
         self.measured: Sequence[Measurement] = ()
@@ -48,7 +47,7 @@ class StageAnswers:
 
     def update(self, measurer: Measurer) -> Belief:
         """The belief on the view that the measurer took last, with faults of sensors and the pose beside the place."""
-        return self._kept(measurer.told(self._tracked(measurer)))
+        return self._kept(measurer.completed(self._tracked(measurer)))
 
     def follow(self, measurer: Measurer) -> None:
         """Take the view as ``update`` does, for whoever asks for ``measured`` alone: no pose is fitted."""
@@ -64,12 +63,12 @@ class StageAnswers:
         if self._scale is None:
             return belief
         belief = replace(belief, odometer_scale=self._scale.scale)
-        self._scale.told(measured, belief)
+        self._scale.remember(measured, belief)
         return belief
 
     def _kept(self, belief: Belief) -> Belief:
         for one in self._weighers:
-            one.told(self.measured, belief)
+            one.remember(self.measured, belief)
         if self._stage is not Stage.UNIFORM:  # single views know of none before
             self._last = belief
         return belief

@@ -11,10 +11,11 @@ from pathlib import Path
 from refseq.errors import LogError
 from refseq.files import followed
 from refseq.logs import Recording
+from refseq.logs.closing import DriveWriter
 from refseq.logs.foxglove.writer import RecordingFormat
 from refseq.logs.notes import noted
 from refseq.logs.rig import SensorRig
-from refseq.logs.writing import DriveWriter, OutputFormat
+from refseq.logs.writing import OutputFormat
 from refseq.view import LASER, View
 from refseq_bench import robots
 from refseq_bench.robots.individual import spread_named

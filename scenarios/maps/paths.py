@@ -10,7 +10,7 @@ import numpy as np
 from refseq.inference.chain.chain import Observation, standing_once
 from refseq.inference.chain.n_best import RankedPath, log_evidence, n_best_paths
 from refseq.inference.chain.rescoring import DurationModel, rescored, second_order_term
-from refseq.inference.chain.trajectory import trajectory_entropy
+from refseq.inference.chain.trajectory_entropy import trajectory_entropy
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
 from refseq.map.tracking.stages import ChainTracker

@@ -5,17 +5,15 @@ what the last place saw, and a chain that does not remember how far it drove tak
 the run-out it has moved on, and the last place's likelihood, which is the run-out's too, tells nothing against that.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.inference.chain.chain import Chain, Observation, standing_once
-from refseq.inference.chain.forward import ForwardFilter, StatePosterior, smooth
+from refseq.inference.chain.chain import Observation
+from refseq.inference.chain.forward import ForwardFilter, StatePosterior
 from refseq.inference.chain.network import LinkedTransitions, Network
-from refseq.inference.chain.vague import StateFilter, VagueFilter, smoothed_either_way, vaguely
 from refseq.inference.paths import usual_step
 
 MOST = 50
@@ -100,45 +98,3 @@ def run_out(path: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
     step = max(usual_step(path), reach / MOST)
     beyond: NDArray[np.float64] = path[-1] + step * np.arange(1, max(1, round(reach / step)) + 1)
     return beyond
-
-
-def path_filter(space: Chain | Network) -> StateFilter:
-    """The forward filter over one path or a network of them, with the run-outs and vague views its settings ask for."""
-    longer, vague = _with_run_outs(space), space.settings.vague
-
-    def one() -> StateFilter:
-        return ForwardFilter(space) if longer is None else RunOutFilter(longer)
-
-    return VagueFilter(one(), one(), vague) if vague > 0 else one()
-
-
-def path_smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
-    """The posterior at each view in the light of all, over one path or a network, with what its settings ask for.
-
-    Of views of a robot that stands (``Observation.again``) the last one counts, and all have its posterior.
-    """
-    counted, number = standing_once(observations)
-    smoothed, chance = _smoothed(counted, space), space.settings.vague
-    if chance > 0:
-        smoothed = smoothed_either_way(smoothed, _smoothed([vaguely(one) for one in counted], space), chance)
-    return [smoothed[k] for k in number]
-
-
-def _smoothed(observations: Sequence[Observation], space: Chain | Network) -> list[StatePosterior]:
-    longer = _with_run_outs(space)
-    if longer is None:
-        return smooth(observations, space)
-    return [longer.folded(posterior) for posterior in smooth([longer.sight(one) for one in observations], longer)]
-
-
-def _with_run_outs(space: Chain | Network) -> LongerNetwork | None:
-    """The network with the run-outs that its settings ask for; None where they ask for none."""
-    reach = space.settings.run_out
-    if reach <= 0:
-        return None
-    return LongerNetwork.of(space if isinstance(space, Network) else one_path(space), reach)
-
-
-def one_path(chain: Chain) -> Network:
-    """The network of a chain of one path."""
-    return Network((chain.along,), np.arange(chain.K), chain.motion, chain.settings)

@@ -42,7 +42,7 @@ class LogRatioSettings:
     while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked:
     words of a laser tell the corridor rather than the place. ``geometry`` is the same of a view's keys of SIFT, which a
     map that is learnt with it holds for each place: each takes 0.3 ms a camera. ``turns`` is how much of the way behind
-    the robot the chain compares with the ways to the places (``refseq.inference.chain.turns_behind``) [m]; 0: none.
+    the robot the chain compares with the ways to the places (``refseq.map.tracking.turns_behind``) [m]; 0: none.
     ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they brought
     there (``refseq.map.tracking.usual``): a view by two sensors or more that brings less speaks against a place; 0:
     none. ``fixes`` is of how many places that it was sure of it compares the way since then with where others lie

@@ -94,11 +94,7 @@ class CompressedPicture:
 
     data: bytes
     encoding: str = ""
-
-    @property
-    def name(self) -> str:
-        """It lies in a log."""
-        return ""
+    name = ""  # it lies in a log
 
     @property
     def is_depth(self) -> bool:
@@ -157,16 +153,12 @@ class RawPicture:
     height: int
     step: int
     big_endian: bool = False
+    name = ""  # it lies in a log
 
     @property
     def is_depth(self) -> bool:
         """16 bits or floats of one channel, by the encoding's name."""
         return self.encoding.lower() in DEPTH_ENCODINGS
-
-    @property
-    def name(self) -> str:
-        """It lies in a log."""
-        return ""
 
     def check(self) -> tuple[int, int]:
         """Width and height [pixels]. Raises ``LogError`` for sizes that do not fit the data.

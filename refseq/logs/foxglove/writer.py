@@ -25,7 +25,7 @@ from foxglove.mcap import MCAPWriteOptions
 
 from refseq.errors import LogError
 from refseq.files import followed, free_names, naming_writes, put
-from refseq.logs.closing import ClosedAtExit
+from refseq.logs.closing import DriveWriter
 from refseq.logs.foxglove.outgoing import nanoseconds_of, picture_message, pose_message, scan_message, stamp_message
 from refseq.logs.rig import SensorRig
 from refseq.logs.writing import words_of, writable
@@ -55,7 +55,7 @@ class RecordingFormat:
         return RecordingWriter(path, metadata)
 
 
-class RecordingWriter(ClosedAtExit):
+class RecordingWriter(DriveWriter):
     """Writes a drive to ``path``, one chunk a view.
 
     While it is open the file is a new one beside ``path``, ``<name>.partial.mcap`` where nothing is called so, and

@@ -178,21 +178,21 @@ MOST_NAMED = 8
 def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
     taken = {topic: int((numbers != NONE).sum()) for topic, numbers in planned.moments.samples.items()}
     return Findings(
-        {topic: stamps.findings() for topic, stamps in sorted(found.stamps.items())},
-        choice.sensors,
-        planned.leading,
-        planned.tolerance,
-        choice.odometry.origin if choice.odometry else "",
-        choice.truth.origin if choice.truth else "",
-        choice.odometry.poses.length if choice.odometry else 0.0,
-        len(planned.data),
-        planned.without_odometry,
-        sum(one.truth is None for one in planned.data),
-        {choice.sensors[topic]: found.stamps[topic].whole - count for topic, count in taken.items()},
-        (*found.notes, *_of_names(found.source), *choice.notes),
-        {sensor: found.stamps[topic].lost_at() for topic, sensor in choice.sensors.items()},
-        {sensor: found.stamps[topic].deep_at() for topic, sensor in choice.sensors.items()},
-        dict(found.source.unreadable),
+        channels={topic: stamps.findings() for topic, stamps in sorted(found.stamps.items())},
+        sensors=choice.sensors,
+        leading=planned.leading,
+        tolerance=planned.tolerance,
+        odometry=choice.odometry.origin if choice.odometry else "",
+        truth=choice.truth.origin if choice.truth else "",
+        length=choice.odometry.poses.length if choice.odometry else 0.0,
+        views=len(planned.data),
+        without_odometry=planned.without_odometry,
+        without_truth=sum(one.truth is None for one in planned.data),
+        unpaired={choice.sensors[topic]: found.stamps[topic].whole - count for topic, count in taken.items()},
+        notes=(*found.notes, *_of_names(found.source), *choice.notes),
+        damaged={sensor: found.stamps[topic].lost_at() for topic, sensor in choice.sensors.items()},
+        deep={sensor: found.stamps[topic].deep_at() for topic, sensor in choice.sensors.items()},
+        unreadable=dict(found.source.unreadable),
     )
 
 

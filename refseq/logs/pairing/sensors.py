@@ -107,8 +107,7 @@ def _sensors(found: Survey, options: PairingOptions, notes: list[str]) -> dict[s
         cameras = [topic for topic in cameras if topic in options.topics]
         lasers = [topic for topic in lasers if topic in options.topics]
     told = {topic: found.stamps[topic].channel.sensor or sensor_name(topic) for topic in cameras}
-    named = {topic: options.names.get(topic) or told[topic] for topic in cameras}
-    sensors = {topic: named[topic] for topic in sorted(named)}
+    sensors = {topic: options.names.get(topic) or told[topic] for topic in sorted(cameras)}
     for topic in lasers:
         if options.names.get(topic, LASER) != LASER:
             name = options.names[topic]
@@ -117,11 +116,13 @@ def _sensors(found: Survey, options: PairingOptions, notes: list[str]) -> dict[s
         taken = _front(lasers, options)
         sensors[taken] = LASER
         if len(lasers) > 1:
-            notes.append(f"laser {taken} is taken; {_listed([one for one in lasers if one != taken])} is not")
+            notes.append(f"laser {taken} is taken; {', '.join(one for one in lasers if one != taken)} is not")
     twice = sorted({name for name in sensors.values() if list(sensors.values()).count(name) > 1})
     if twice:
         topics = [topic for topic, name in sensors.items() if name == twice[0]]
-        raise LogError(f"{found.source.path}: {_listed(topics)} are both named {twice[0]!r}; valid is a name for each")
+        raise LogError(
+            f"{found.source.path}: {', '.join(topics)} are both named {twice[0]!r}; valid is a name for each"
+        )
     return sensors
 
 
@@ -163,7 +164,7 @@ def _odometry(
     topics = [stamps.channel.topic for stamps in found.of_role(Role.ODOMETRY)]
     if topics:
         if len(topics) > 1:
-            notes.append(f"odometry {topics[0]} is taken; {_listed(topics[1:])} is not")
+            notes.append(f"odometry {topics[0]} is taken; {', '.join(topics[1:])} is not")
         return _of_topic(found, topics[0])
     return _from_tree(found, base, (ODOMETRY_FRAME,))
 
@@ -220,7 +221,3 @@ def _from_tree(found: Survey, base: str, frames: Sequence[str], late: float = 0.
         if way is not None:
             return PoseTrack(f"transforms {frame} → {base}", way.earlier(late))
     return None
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names)

@@ -217,14 +217,15 @@ class ViewStream:
         odometry = self._topics.odometry
         step = period(self._window.times(odometry)) if odometry is not None else 0.0
         patience = max(PATIENCE, 2 * period(stamps[leading]))
+        # A sensor whose messages come just within the patience has sent nothing for that and a period of its own.
+        periods = {one: period(self._window.times(one)) for one in self._topics.sensors}
         return _Pace(
             leading,
             tolerance,
-            max(period(stamps[leading]), 2 * tolerance),
-            min(MOST_REACH, max(tolerance, step)),
-            patience,
-            # A sensor whose messages come just within the patience has sent nothing for that and a period of its own.
-            {one: patience + max(patience, 2 * period(self._window.times(one))) for one in self._topics.sensors},
+            apart=max(period(stamps[leading]), 2 * tolerance),
+            reach=min(MOST_REACH, max(tolerance, step)),
+            patience=patience,
+            silence={one: patience + max(patience, 2 * own) for one, own in periods.items()},
         )
 
     def _slowest_step(self) -> float:

@@ -104,15 +104,15 @@ class TopicStamps:
         longest = int(steps.argmax()) if len(steps) else 0
         return ChannelFindings(
             self.channel,
-            float(rising[0]),
-            float(rising[-1]),
-            1 / float(np.median(steps)) if len(steps) else 0.0,
-            float(steps[longest]) if len(steps) else 0.0,
-            float(rising[longest]),
-            self.backward,
-            len(times) - len(rising),
-            self.unstamped,
-            float(np.median(logged - times)),
+            first=float(rising[0]),
+            last=float(rising[-1]),
+            rate=1 / float(np.median(steps)) if len(steps) else 0.0,
+            longest_gap=float(steps[longest]) if len(steps) else 0.0,
+            gap_at=float(rising[longest]),
+            backward=self.backward,
+            duplicates=len(times) - len(rising),
+            unstamped=self.unstamped,
+            offset=float(np.median(logged - times)),
         )
 
 

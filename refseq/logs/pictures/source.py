@@ -42,6 +42,7 @@ class FilePicture:
 
     path: Path
     width: int = WIDTH
+    is_depth = False  # never told beforehand: the file is not opened
 
     @property
     def name(self) -> str:
@@ -52,11 +53,6 @@ class FilePicture:
     def encoding(self) -> str:
         """Format by the file's name."""
         return self.path.suffix.lower().removeprefix(".")
-
-    @property
-    def is_depth(self) -> bool:
-        """Never told beforehand: the file is not opened."""
-        return False
 
     def check(self) -> tuple[int, int]:
         """Width and height in the file [pixels]. Raises ``LogError`` with its name for one that ``decode`` refuses."""

@@ -20,7 +20,7 @@ BEHAVIOUR_TOPIC = "/behaviour"
 STATIC_TOPIC = "/tf_static"
 
 
-class Told(NamedTuple):
+class RosContent(NamedTuple):
     """A message's stamp [ns], frames and content; ``content`` None: it tells nothing (a pose that is no number)."""
 
     stamp: int
@@ -31,10 +31,10 @@ class Told(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RosType:
-    """Use of a message type, and its converter from a message on a topic."""
+    """Use of a message type, and the converter of a message on a topic."""
 
     role: Role
-    told: Callable[[Any, str], Told]
+    content_of: Callable[[Any, str], RosContent]
 
 
 def role_of(type_name: str, topic: str) -> Role:
@@ -54,27 +54,27 @@ def role_of(type_name: str, topic: str) -> Role:
             return role
 
 
-def _headed(message: Any, content: Content | None, child: str = "") -> Told:
+def _headed(message: Any, content: Content | None, child: str = "") -> RosContent:
     """Stamp and frame of a message's header with its content."""
     stamp = message.header.stamp
-    return Told(stamp.sec * NANOSECONDS + stamp.nanosec, message.header.frame_id, content, child)
+    return RosContent(stamp.sec * NANOSECONDS + stamp.nanosec, message.header.frame_id, content, child)
 
 
-def _compressed(message: Any, topic: str) -> Told:
+def _compressed(message: Any, topic: str) -> RosContent:
     return _headed(message, CompressedPicture(message.data.tobytes(), message.format))
 
 
-def _image(message: Any, topic: str) -> Told:
+def _image(message: Any, topic: str) -> RosContent:
     data, big = message.data.tobytes(), bool(message.is_bigendian)
     picture = RawPicture(data, message.encoding, message.width, message.height, message.step, big)
     return _headed(message, picture)
 
 
-def _scan(message: Any, topic: str) -> Told:
+def _scan(message: Any, topic: str) -> RosContent:
     return _headed(message, scan_of(message.ranges, *_angles(message)))
 
 
-def _first_echoes(message: Any, topic: str) -> Told:
+def _first_echoes(message: Any, topic: str) -> RosContent:
     BEAMS.check(len(message.ranges), "a message has")
     first = [echo.echoes[0] if len(echo.echoes) else np.inf for echo in message.ranges]
     return _headed(message, scan_of(first, *_angles(message)))
@@ -84,30 +84,30 @@ def _angles(message: Any) -> tuple[float, float, float, float]:
     return message.angle_min, message.angle_increment, message.range_min, message.range_max
 
 
-def _odometry(message: Any, topic: str) -> Told:
+def _odometry(message: Any, topic: str) -> RosContent:
     return _headed(message, pose_of_message(message.pose.pose), message.child_frame_id)
 
 
-def _stamped_pose(message: Any, topic: str) -> Told:
+def _stamped_pose(message: Any, topic: str) -> RosContent:
     return _headed(message, pose_of_message(message.pose))
 
 
-def _uncertain_pose(message: Any, topic: str) -> Told:
+def _uncertain_pose(message: Any, topic: str) -> RosContent:
     return _headed(message, pose_of_message(message.pose.pose))
 
 
-def _tracked(message: Any, topic: str) -> Told:
+def _tracked(message: Any, topic: str) -> RosContent:
     """A body followed by a motion-capture system, as its bridge for ROS tells it."""
     moved = _transform(message, static=False)
     return _headed(message, pose_in_plane(moved.translation, moved.rotation), moved.child)
 
 
-def _transforms(message: Any, topic: str) -> Told:
+def _transforms(message: Any, topic: str) -> RosContent:
     static = topic == STATIC_TOPIC
     FRAMES.check(len(message.transforms), "a message has")
     moved = tuple(_transform(one, static=static) for one in message.transforms)
     if not moved:
-        return Told(0, "", None)
+        return RosContent(0, "", None)
     return _headed(message.transforms[0], moved)
 
 
@@ -118,27 +118,27 @@ def _transform(message: Any, *, static: bool) -> Transform:
     return Transform(parent, child, (by.x, by.y, by.z), (turn.x, turn.y, turn.z, turn.w), static)
 
 
-def _rates(message: Any, topic: str) -> Told:
+def _rates(message: Any, topic: str) -> RosContent:
     rates = message.angular_velocity
     return _headed(message, AngularRates(rates.x, rates.y, rates.z))
 
 
-def _fix(message: Any, topic: str) -> Told:
+def _fix(message: Any, topic: str) -> RosContent:
     """A position by satellites; receivers send a status below 0, or no numbers, while they have none."""
     known = message.status.status >= 0 and np.isfinite((message.latitude, message.longitude)).all()
     altitude = message.altitude if np.isfinite(message.altitude) else 0.0
     return _headed(message, GeoFix(message.latitude, message.longitude, altitude) if known else None)
 
 
-def _calibration(message: Any, topic: str) -> Told:
+def _calibration(message: Any, topic: str) -> RosContent:
     # ROS 1 spells the names of the matrices in capitals.
     distortion, matrix = (message.D, message.K) if hasattr(message, "K") else (message.d, message.k)
     numbers = tuple(map(float, distortion)), tuple(map(float, matrix))
     return _headed(message, CameraCalibration(message.width, message.height, message.distortion_model, *numbers))
 
 
-def _note(message: Any, topic: str) -> Told:
-    return Told(0, "", message.data)
+def _note(message: Any, topic: str) -> RosContent:
+    return RosContent(0, "", message.data)
 
 
 ROS_TYPES: Mapping[str, RosType] = {

@@ -66,14 +66,14 @@ class RosDecoder:
             if known.role is not Role.CAMERA:
                 MESSAGE_BYTES.check(len(data), "it has")
             with translating(LogError):
-                told = known.told(self._message(type_name, data), topic)
-            times = seconds_of(told.stamp or logged), seconds_of(logged)
+                found = known.content_of(self._message(type_name, data), topic)
+            times = seconds_of(found.stamp or logged), seconds_of(logged)
         except LogError as error:
             raise UnreadableMessageError(topic, logged / NANOSECONDS, str(error), type_name) from error
-        if told.content is None:
+        if found.content is None:
             return None
-        frame, child = told.frame.lstrip("/"), told.child.lstrip("/")
-        return Sample(topic, *times, frame, told.content, child, unstamped=told.stamp == 0)
+        frame, child = found.frame.lstrip("/"), found.child.lstrip("/")
+        return Sample(topic, *times, frame, found.content, child, unstamped=found.stamp == 0)
 
     def _message(self, type_name: str, data: bytes) -> object:
         if self.serialization is Serialization.CDR:

@@ -17,7 +17,7 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 from refseq.drafts import remove_folder
 from refseq.errors import LogError
 from refseq.files import followed, free_names, naming_writes, put_folder
-from refseq.logs.closing import ClosedAtExit
+from refseq.logs.closing import DriveWriter
 from refseq.logs.rig import SensorRig
 from refseq.logs.ros.bag import VIEWS_KEY
 from refseq.logs.ros.contents import STATIC_TOPIC
@@ -69,7 +69,7 @@ class BagFormat:
         return BagWriter(path, metadata, storage=self.storage, rig=rig)
 
 
-class BagWriter(ClosedAtExit):
+class BagWriter(DriveWriter):
     """Writes a drive to a rosbag2 folder, ``path``.
 
     While it is open the bag lies in a new folder beside ``path``, ``<name>.partial`` where nothing is called so, and is

@@ -70,7 +70,7 @@ def named_columns(header: Sequence[str]) -> TrajectoryColumns | None:
         if quantity is not None and quantity not in places:
             places[quantity] = number
             units[quantity] = unit
-    if not _suffices(places):
+    if _missing(places):
         return None
     order = tuple(sorted(places, key=lambda quantity: places[quantity]))
     forms: dict[tuple[Quantity, ...], TrajectoryFormat] = {
@@ -114,10 +114,6 @@ RADIANS: Mapping[str, float] = MappingProxyType(
     }
 )
 """Units of times, lengths and angles, by the words for them: how many seconds, metres and radians they are."""
-
-
-def _suffices(places: Mapping[Quantity, int]) -> bool:
-    return not _missing(places)
 
 
 def _missing(quantities: Collection[Quantity]) -> str:

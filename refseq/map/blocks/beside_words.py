@@ -13,7 +13,7 @@ from refseq.map.poses_beside import PosesBeside
 
 
 class BesideWords:
-    """Scan and keys of a view laid on those of places: take each view, weigh its measurements, tell its pose.
+    """Scan and keys of a view laid on those of places: take each view, weigh its measurements, add its pose.
 
     ``sensors`` are those of the map that are asked.
     """
@@ -31,6 +31,6 @@ class BesideWords:
         """Measurements with the evidence of scan and keys; ``last`` is the belief before, where it is a prior."""
         return self._few.weighed(measured, last)
 
-    def told(self, belief: Belief) -> Belief:
+    def with_pose(self, belief: Belief) -> Belief:
         """The belief with its pose, where there is one."""
-        return self._poses.told(belief)
+        return self._poses.with_pose(belief)

@@ -38,7 +38,7 @@ class Block(Protocol):
     def sees(self) -> bool:
         """True where the view tells anything."""
 
-    def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, counted through the map, (n,)."""
 
     def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
@@ -68,7 +68,7 @@ class FewPlaces:
         start = time.perf_counter()
         for block in asked:
             places = self._places(block.most, by_words, last, measured[0].distance)
-            ratios[places] = with_more(ratios[places], block.told(places), block.blind)
+            ratios[places] = with_more(ratios[places], block.log_ratios(places), block.blind)
             for key, told in block.brought(places).items() if self._asks_usual else ():
                 brought[key] = np.full(len(ratios), np.nan)
                 brought[key][places] = told

@@ -55,7 +55,7 @@ class KeyBlock:
         """True where any camera shows keys."""
         return any(len(keys.points) for keys in self._view.values())
 
-    def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,), 0 or more."""
         fits = self._together(places, self._view)
         zoom = np.array([np.log(fit.scale) if fit.inliers else np.inf for fit in fits])

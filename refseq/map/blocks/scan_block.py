@@ -40,7 +40,7 @@ class ScanBlock:
         """True where the view's scan shows walls."""
         return self._poses.sees
 
-    def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,)."""
         calibration = self._map.once(scans_elsewhere)
         told = calibration.log_ratios(np.array([self._score(place) for place in places.tolist()]))

@@ -22,7 +22,6 @@ from refseq.map.growth.seen import SeenView, lost_in_hindsight, seen_drive
 from refseq.map.map import Map, check_is_map
 from refseq.map.matcher import Features
 from refseq.map.poses_beside import ALIKE, PosesBeside
-from refseq.map.profile import Matching
 from refseq.map.reduction import without_unseen
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
@@ -134,8 +133,8 @@ def add_drive(
 def check_map(map_: Map) -> None:
     """Raise ``MapError`` for a map that cannot have further experiences, or is none."""
     check_is_map(map_)
-    matching = map_.profile.method.matching
-    if matching is not Matching.LOG_RATIO:
+    if not map_.profile.by_log_ratios:
+        matching = map_.profile.method.matching
         raise MapError(f"its matching is {matching}, which takes no further experiences; valid is a map learnt as best")
 
 

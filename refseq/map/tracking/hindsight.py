@@ -6,10 +6,9 @@ from dataclasses import replace
 from refseq.belief import Belief
 from refseq.inference.chain.chain import Observation
 from refseq.inference.chain.forward import StatePosterior
-from refseq.inference.chain.run_out import path_smoothed
+from refseq.inference.chain.path_filter import path_smoothed
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
-from refseq.map.profile import Matching
 from refseq.map.tracking.stages import ChainTracker
 from refseq.map.tracking.stands import Stands
 from refseq.map.tracking.trackers import NetworkTracker
@@ -23,15 +22,14 @@ class Hindsight:
     """
 
     def __init__(self, map_: Map) -> None:
-        by_ratios = map_.profile.method.matching is Matching.LOG_RATIO
-        self._tracker = NetworkTracker(map_) if by_ratios else _OnePath(map_)
+        self._tracker = NetworkTracker(map_) if map_.profile.by_log_ratios else _OnePath(map_)
         self._stands = Stands()
         self._counted: list[Sequence[Measurement]] = []
 
     def take(self, measured: Sequence[Measurement]) -> None:
         """Take the next view, as it was measured in every sequence."""
         # A whole drive's blocks would fill the memory; and a stretch that changed is none that it was carried past.
-        bare = [replace(one, by_block={}, carried=0.0) for one in measured]
+        bare = [replace(one, by_block={}, log_ratio_carried=0.0) for one in measured]
         self._counted.append(self._stands.mean(bare))
 
     def beliefs(self) -> list[Belief]:

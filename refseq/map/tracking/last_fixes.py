@@ -7,7 +7,7 @@ whose own odometry tells where all other places lie to it. A place that is farth
 against, and no place is ever spoken for: the promise of evidence holds whatever the odometer does.
 
 A carried robot is where its odometer says it is not. Hence a fix is forgotten when it may well have been carried since,
-which pictures and scans tell step by step (``Measurement.carried``). One sensor alone tells it too seldom:
+which pictures and scans tell step by step (``Measurement.log_ratio_carried``). One sensor alone tells it too seldom:
 without a camera and another one no fix is remembered.
 """
 
@@ -64,7 +64,7 @@ class _Fix(NamedTuple):
 
 
 class LastFixes:
-    """Weighs the views of a drive by the odometer since its last fixes: ask, then tell what was believed of the view.
+    """Weighs the views of a drive by the odometer since its last fixes: ask, then let it remember what was believed.
 
     ``log_ratio.fixes`` of the map's profile is how many of them are remembered.
     """
@@ -90,7 +90,7 @@ class LastFixes:
             for one, its in zip(measured, against, strict=True)
         ]
 
-    def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
+    def remember(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember a view whose place the belief is sure of."""
         near = bool(self._fixes) and self._way - self._fixes[-1].way < APART
         if near or measured[0].stands:
@@ -107,7 +107,7 @@ class LastFixes:
         if not (math.isfinite(measured.distance) and math.isfinite(measured.turn)):
             self.reset()
             return
-        if not measured.stands or measured.carried > 0:
+        if not measured.stands or measured.log_ratio_carried > 0:
             self._stayed += float(log_expit(-measured.log_odds_carried(self._carried)))
             while self._fixes and -math.expm1(self._stayed - self._fixes[0].stayed) > DOUBT:
                 self._fixes.popleft()
@@ -125,7 +125,7 @@ class LastFixes:
         return np.where(told > -np.inf, np.maximum(told, math.log(LEAST)), 0.0)
 
 
-def carrying_shows(map_: Map, sensors: Sequence[str] | None) -> bool:
+def can_trust_fixes(map_: Map, sensors: Sequence[str] | None) -> bool:
     """True where fixes can be trusted: two sensors or more are asked, or the robot is never carried.
 
     ``sensors`` are those of the map that are asked; None: all.

@@ -25,13 +25,14 @@ APART, PIECE = 0.6, 15.0
 """Way from one point of a line to the next at least, and over which it is drawn [m], however the robot turns on it."""
 RESIDUAL = 0.4
 """Standard deviation of the belief's mean from the line [m]: half a gap between places."""
-SURE_LOST, NEAR, SURE_NEAR = 0.1, 1.0, 0.6
-"""A view tells the place where P(lost) is no more, and so much of its belief lies within ``NEAR`` [m] of the best."""
-PLAY, SURE = 0.05, 3.0
+MOST_LOST, NEAR, LEAST_NEAR = 0.1, 1.0, 0.6
+"""A view tells the place where P(lost) is no more, and so much of its belief lies within ``NEAR`` [m] of the best:
+``sure_place`` asks for more."""
+PLAY, CLEAR = 0.05, 3.0
 """A scale is corrected that is off by more than this, and by more than so many of its standard deviations."""
 LEAST, MOST = 0.5, 2.0
 """Slopes beyond these are no scales, and the odometer is believed."""
-SURELY = 0.001
+LEAST_SPREAD = 0.001
 """The least standard deviation of a scale before the drive that is reckoned with."""
 JUMP, SHARE = 0.75, 0.5
 """A belief that moves so much more or less than the odometer [m], and by this share of its way, has jumped."""
@@ -70,13 +71,13 @@ class _Sums:
         return _Sums(self.squares + other.squares, self.products + other.products)
 
 
-def shows(measured: Sequence[Measurement]) -> bool:
+def _tells_places(measured: Sequence[Measurement]) -> bool:
     """True for a view that tells one place from another: else the odometer alone has moved the belief."""
     return any(np.ptp(one.likelihood) > 0 for one in measured)
 
 
 class OdometerScale:
-    """Corrects the ways of a drive's views: ask, then tell what was believed of the view.
+    """Corrects the ways of a drive's views: ask, then let it remember what was believed.
 
     Before the drive the scale is 1, give or take ``motion.odometer_scale`` of the map's profile.
     """
@@ -97,7 +98,7 @@ class OdometerScale:
         """A view's measurements in every sequence, with its way in metres of the map."""
         return [replace(one, distance=self.scale * one.distance) for one in measured]
 
-    def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
+    def remember(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Take what was believed of a view, ``measured`` before it was corrected."""
         distance = measured[0].distance
         if math.isnan(distance):  # nobody measured it
@@ -107,7 +108,7 @@ class OdometerScale:
             self._way, self._driven = self._way + distance, self._driven + abs(distance)
         if belief.lost > LOST_ABOVE:
             self._end()
-        elif self._moved and shows(measured) and (at := self._at(belief)) is not None:
+        elif self._moved and _tells_places(measured) and (at := self._at(belief)) is not None:
             self._take(at)
         self.scale = self._estimated()
 
@@ -120,10 +121,10 @@ class OdometerScale:
         """Where the belief is; None where it tells no place, or an end of a path, past which the robot may be."""
         number = self._map.sequence_of(belief.best)
         low, high = self._map.first[number : number + 2].tolist()
-        if belief.lost > SURE_LOST or belief.best in (low, high - 1):
+        if belief.lost > MOST_LOST or belief.best in (low, high - 1):
             return None
         near = low + np.flatnonzero(np.abs(self._along[low:high] - self._along[belief.best]) <= NEAR)
-        if belief.places[self._map.with_twins(near)].sum() < SURE_NEAR:
+        if belief.places[self._map.with_twins(near)].sum() < LEAST_NEAR:
             return None
         places = belief.places[near]
         return _At(number, float(places @ self._along[near] / places.sum()), self._way, self._driven)
@@ -148,8 +149,8 @@ class OdometerScale:
     def _estimated(self) -> float:
         """The slope of all lines under its normal prior, where it is clear that it is not 1."""
         sums = self._behind + _Sums.of(self._points) if self._points else self._behind
-        known, told = max(self._spread, SURELY) ** -2, RESIDUAL**-2
+        known, told = max(self._spread, LEAST_SPREAD) ** -2, RESIDUAL**-2
         information = known + told * sums.squares
         slope = (known + told * sums.products) / information
-        clear = abs(slope - 1) > max(PLAY, SURE / math.sqrt(information))
+        clear = abs(slope - 1) > max(PLAY, CLEAR / math.sqrt(information))
         return slope if clear and LEAST <= slope <= MOST else 1.0

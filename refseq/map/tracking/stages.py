@@ -3,7 +3,6 @@
 import math
 import time
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,25 +13,17 @@ from refseq.inference.chain.chain import Chain, ChainSettings, Observation, Obse
 from refseq.inference.chain.emissions import Seen
 from refseq.inference.chain.forward import StatePosterior
 from refseq.inference.chain.motion import motion_prior
-from refseq.inference.chain.run_out import path_filter
-from refseq.inference.chain.turns_behind import TurnsBehind
+from refseq.inference.chain.path_filter import path_filter
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder
 from refseq.map.sequence import ReferenceSequence
+from refseq.map.tracking.turns_behind import TurnsBehind
 
 
-class SequenceTracker(Protocol):
-    """One stage over one sequence: measurements to beliefs."""
-
-    def reset(self) -> None:
-        """Forget all views seen."""
-
-    def update(self, measured: Measurement) -> Belief:
-        """Take the next measurement and answer."""
-
-
-def stage_tracker(stage: Stage, sequence: ReferenceSequence, turns: TurnsBehind | None = None) -> SequenceTracker:
+def stage_tracker(
+    stage: Stage, sequence: ReferenceSequence, turns: TurnsBehind | None = None
+) -> "SingleView | MotionFilter | ChainTracker":
     """A fresh tracker of a stage; ``turns`` are asked by the chain."""
     match stage:
         case Stage.UNIFORM:
@@ -141,7 +132,7 @@ class ChainTracker:
             self._turns.reset()
 
     def update(self, measured: Measurement) -> Belief:
-        """Decode the views up to this measured."""
+        """Decode the views up to this one."""
         start = time.perf_counter()
         decoded = self.decode(self.observation(measured))
         return self.belief(decoded, replace(measured.timings, chain=time.perf_counter() - start))
@@ -174,10 +165,12 @@ class ChainTracker:
 def observed(measured: Measurement, log_ratio: NDArray[np.float64], settings: ChainSettings) -> Observation:
     """A measurement as a chain sees it whose positions have these log ratios (K,).
 
-    A robot whose sensors tell nothing of its way gets lost no more often than the chain has it anyway.
+    ``carried`` is by how much the sensors make it more probable than ``settings.carried`` that the robot was carried: 0
+    where they tell nothing, as the chain has its own ways of getting lost.
     """
-    more = measured.carried > 0
-    carried = float(expit(measured.log_odds_carried(settings.carried))) - settings.carried if more else 0.0
+    carried = 0.0
+    if measured.log_ratio_carried > 0:
+        carried = float(expit(measured.log_odds_carried(settings.carried))) - settings.carried
     return Observation(measured.distance, log_ratio, 0.0, measured.again, carried)
 
 

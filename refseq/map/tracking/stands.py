@@ -38,7 +38,7 @@ class _Sum:
             last,
             likelihood=softmax(logs),
             distance=self.first.distance,
-            carried=self.first.carried,
+            log_ratio_carried=self.first.log_ratio_carried,
             log_ratio=None if last.log_ratio is None else logs,
             log_average=self.log_average / self.count,
         )

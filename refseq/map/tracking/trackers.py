@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 from refseq.belief import LOST, Belief, Stage, Timings, belief_from, normalised_entropy
 from refseq.inference.chain.chain import Chain, Observation
 from refseq.inference.chain.forward import StatePosterior
-from refseq.inference.chain.run_out import path_filter
-from refseq.inference.chain.trajectory import trajectory_entropy
-from refseq.inference.chain.turns_behind import LearntWays, TurnsBehind
+from refseq.inference.chain.path_filter import path_filter
+from refseq.inference.chain.trajectory_entropy import trajectory_entropy
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
-from refseq.map.profile import Decoder, Matching
+from refseq.map.profile import Decoder
 from refseq.map.sequence import ReferenceSequence
 from refseq.map.tracking.stages import ChainTracker, decoded_belief, observed, stage_tracker, with_turns
 from refseq.map.tracking.stands import Stands
+from refseq.map.tracking.turns_behind import turns_behind
 
 
 class Tracker(Protocol):
@@ -47,17 +47,11 @@ def tracker_for(stage: Stage, map_: Map) -> Tracker:
 
 
 def _tracker_for(stage: Stage, map_: Map) -> Tracker:
-    method = map_.profile.method
-    filters = stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD
+    profile = map_.profile
+    filters = stage is Stage.CHAIN and profile.by_log_ratios and profile.method.decoding is Decoder.FORWARD
     if filters and not (map_.has_one_path and not len(map_.loops)):
         return NetworkTracker(map_)
     return OnlySequence(stage, map_) if map_.has_one_path else SurestSequence(stage, map_)
-
-
-def turns_behind(map_: Map) -> TurnsBehind | None:
-    """Evidence of the odometer's turns for the positions of the map's network; None where it is not asked."""
-    reach = map_.profile.log_ratio.turns
-    return TurnsBehind(LearntWays.of(map_.network, list(map(map_.track, map_.paths))), reach) if reach > 0 else None
 
 
 class StandingTracker:

@@ -42,7 +42,7 @@ class _Usual(NamedTuple):
 
 
 class UsualViews:
-    """Weighs the views of a drive by what those before brought: ask, then tell what was believed of the view.
+    """Weighs the views of a drive by what those before brought: ask, then let it remember what was believed.
 
     ``log_ratio.usual`` of the map's profile is how many of them are remembered.
     """
@@ -65,7 +65,7 @@ class UsualViews:
             self._last = None
         return [self._weighed(one) for one in measured]
 
-    def told(self, measured: Sequence[Measurement], belief: Belief) -> None:
+    def remember(self, measured: Sequence[Measurement], belief: Belief) -> None:
         """Remember what a view brought at its place, where the belief is sure of it."""
         best = None if measured[0].stands or not measured[0].by_block else sure_place(self._map, belief)
         if best is None:

@@ -19,7 +19,7 @@ import pytest
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.forward import ForwardFilter
 from refseq.inference.chain.motion import MotionSettings
-from refseq.inference.chain.trajectory import trajectory_entropy
+from refseq.inference.chain.trajectory_entropy import trajectory_entropy
 from refseq.inference.chain.viterbi import SlidingViterbi, viterbi
 from tests.refseq.chains import dense_oracle, log_likelihoods
 

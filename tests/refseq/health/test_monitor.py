@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from refseq.fault import CLOCK, ODOMETRY, FaultKind
+from refseq.health.likelihood_field import REACH, Walls, hits
 from refseq.health.monitor import HealthMonitor
-from refseq.health.scan_motion import REACH, _hits, _Walls
 from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 from tests.refseq.health.drives import STEP, WALLS, drive, from_view, picture, with_image
@@ -261,6 +261,6 @@ def test_an_opening_that_beams_look_through_is_no_wall_and_beams_that_fail_are_n
     opening = np.abs(3.0 * np.tan(bearings)) < 1.0
     ranges = np.where(opening, np.inf if failed else 21.0, wall).astype(np.float32)
     scan = Scan(ranges)
-    walls = _Walls(scan, _hits(scan, REACH))
+    walls = Walls(scan, hits(scan, REACH))
     inside = np.stack([np.full(40, 3.0), np.linspace(-0.3, 0.3, 40)], axis=1)
     assert (walls.unexplained(inside, [(0.0, 0.0)]).item() > 0.2) is not failed

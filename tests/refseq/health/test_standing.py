@@ -60,7 +60,7 @@ def test_a_drive_with_a_good_odometer_is_taken_by_it_to_the_last_bit() -> None:
 @pytest.mark.parametrize("sensors", [("camera-1",), ("laser",), ("camera-1", "camera-2", "laser")])
 def test_a_robot_that_stands_is_told_by_any_sensor(sensors: tuple[str, ...]) -> None:
     views = [only(view, *sensors) for view in [*VIEWS[:8], *stand(7, 5), *VIEWS[8:12]]]
-    assert motions(views) == [Motion.MEASURED] * 8 + [Motion.NONE] * 5 + [Motion.MEASURED] * 4
+    assert motions(views) == [Motion.MEASURED] * 8 + [Motion.STOOD] * 5 + [Motion.MEASURED] * 4
 
 
 @pytest.mark.parametrize("sensors", [("camera-1",), ("laser",), ("camera-1", "laser")])
@@ -70,14 +70,14 @@ def test_without_an_odometer_the_pictures_tell_a_robot_that_moves_from_one_that_
 ) -> None:
     views = [replace(calm(only(view, *sensors)), **change) for view in [*VIEWS[:6], *stand(5, 4), *VIEWS[6:12]]]
     found = motions(views)
-    assert found[1:] == [Motion.OPEN] * 5 + [Motion.NONE] * 4 + [Motion.OPEN] * 6
+    assert found[1:] == [Motion.UNKNOWN] * 5 + [Motion.STOOD] * 4 + [Motion.UNKNOWN] * 6
 
 
 def test_a_robot_that_is_carried_off_while_it_stands_has_moved() -> None:
     elsewhere = [replace(view, distance=0.0, turn=0.0) for view in VIEWS[20:21]]
     for sensors in (("camera-1",), ("laser",)):
         views = [only(view, *sensors) for view in [*VIEWS[:6], *stand(5, 2), *elsewhere]]
-        assert motions(views)[-3:] == [Motion.NONE, Motion.NONE, Motion.OPEN]
+        assert motions(views)[-3:] == [Motion.STOOD, Motion.STOOD, Motion.UNKNOWN]
 
 
 def test_a_robot_that_creeps_has_moved_at_length_by_the_whole_way() -> None:
@@ -88,7 +88,7 @@ def test_a_robot_that_creeps_has_moved_at_length_by_the_whole_way() -> None:
         for k in range(13)
     ]
     found = steps(views)
-    counted = [step for step in found if step.motion is not Motion.NONE]
+    counted = [step for step in found if step.motion is not Motion.STOOD]
     assert sum(step.distance for step in counted) == pytest.approx(0.008 * (len(found) - 1), abs=0.02)
     assert 1 < len(counted) < len(found)
     assert all(step.motion is Motion.MEASURED for step in counted)
@@ -99,7 +99,7 @@ def test_an_odometer_that_has_told_of_motion_is_believed_where_no_sensor_can_tel
     rng = np.random.default_rng(6)
     views = [View(float(k), scan=cast(bare, Pose(0.0, 0.0, 0.0), rng=rng)) for k in range(4)]
     assert motions(views)[1:] == [Motion.MEASURED] * 3  # it may be one that is missing
-    assert motions([*VIEWS[:3], replace(views[0], distance=0.5), *views[1:]])[-3:] == [Motion.NONE] * 3
+    assert motions([*VIEWS[:3], replace(views[0], distance=0.5), *views[1:]])[-3:] == [Motion.STOOD] * 3
 
 
 @pytest.mark.parametrize("grey", [0, 120])
@@ -110,7 +110,7 @@ def test_pictures_of_nothing_tell_neither(grey: int) -> None:
     watch = StandWatch()
     for k, one in enumerate(bare):
         step = watch.update(View(float(k), has_odometry=False), Sight({"camera": one}), trusted=True)
-        assert step.motion is Motion.OPEN
+        assert step.motion is Motion.UNKNOWN
 
 
 def test_small_pictures_tell_neither() -> None:

@@ -77,7 +77,7 @@ def test_ill_odometry_has_no_part_in_the_motion():
     doubled = from_view(QUERY, START, lambda view, _: replace(view, distance=2 * view.distance, turn=2 * view.turn))
     for view in doubled[: START + 4]:
         (measured,) = guard.match(view)
-    assert [fault.kind for fault in guard.guarded.faults] == [FaultKind.DOUBLED]
+    assert [fault.kind for fault in guard.view_faults.faults] == [FaultKind.DOUBLED]
     assert np.isnan(measured.distance)
     assert view.sensors == {LASER}
 

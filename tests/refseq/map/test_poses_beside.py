@@ -41,7 +41,7 @@ def test_the_pose_is_where_the_robot_is(map_: Map) -> None:
     for number, view in enumerate(drive(LATER)):
         poses.take(view.scan)
         for near in (number, number + 1):  # both are within reach
-            belief = poses.told(belief_from(np.eye(28)[near]))
+            belief = poses.with_pose(belief_from(np.eye(28)[near]))
             place, true, stands = map_.poses[near], view.truth, map_.pose(belief)
             assert belief.pose is not None
             assert place is not None
@@ -67,23 +67,23 @@ def test_each_way_of_localising_tells_the_same(map_: Map) -> None:
 def test_nothing_is_told_where_nothing_tells(map_: Map) -> None:
     scan = cast(WALLS, LATER[3])
     poses, at_four = PosesBeside(map_), belief_from(np.eye(28)[4])
-    assert poses.told(at_four).pose is None  # no view yet
+    assert poses.with_pose(at_four).pose is None  # no view yet
     poses.take(scan)
-    assert poses.told(at_four).pose is not None
-    assert poses.told(replace(at_four, lost=0.6)).pose is None
+    assert poses.with_pose(at_four).pose is not None
+    assert poses.with_pose(replace(at_four, lost=0.6)).pose is None
     poses.take(cast(rectangle(-8, -9, 8, 9), Pose(0.0, 0.0, 0.0)))  # a hall: other walls
-    assert poses.told(at_four).pose is None
+    assert poses.with_pose(at_four).pose is None
     poses.take(None)
-    assert poses.told(at_four).pose is None
+    assert poses.with_pose(at_four).pose is None
     bare = PosesBeside(replace(map_, paths=(replace(map_.paths[0], scans=np.zeros((0, 360), np.uint16)),)))
     bare.take(scan)
-    assert bare.told(at_four).pose is None  # maps of before keep no scans
+    assert bare.with_pose(at_four).pose is None  # maps of before keep no scans
 
 
 def test_what_the_mount_leaves_open_is_in_the_covariance(map_: Map) -> None:
     poses = PosesBeside(map_)
     poses.take(cast(WALLS, Pose(1.0 + 0.85 * 4, 0.0, 0.4)))
-    pose = poses.told(belief_from(np.eye(28)[4])).pose
+    pose = poses.with_pose(belief_from(np.eye(28)[4])).pose
     assert pose is not None
     sigmas = np.sqrt(np.diag(pose.covariance))
     assert (sigmas >= KEPT).all()

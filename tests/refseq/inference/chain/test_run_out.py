@@ -6,7 +6,8 @@ import pytest
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior
 from refseq.inference.chain.network import Network
-from refseq.inference.chain.run_out import MOST, LongerNetwork, RunOutFilter, one_path, path_filter, run_out
+from refseq.inference.chain.path_filter import one_path, path_filter
+from refseq.inference.chain.run_out import MOST, LongerNetwork, RunOutFilter, run_out
 from refseq.map.profile import BEST
 from tests.refseq.chains import SPREAD, dense_start, dense_transitions
 

@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior
-from refseq.inference.chain.run_out import path_filter, path_smoothed
+from refseq.inference.chain.path_filter import path_filter, path_smoothed
 from refseq.inference.chain.vague import NOTHING, VagueFilter, vaguely
 from refseq.map.profile import BEST
 from tests.refseq.chains import MOTION, SPREAD, all_paths, chain_settings, drives, marginal, paths

@@ -29,7 +29,7 @@ class Told:
     key: str = ""
     sees: bool = True
 
-    def told(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         return self.ratios[places]
 
     def brought(self, places: NDArray[np.intp]) -> dict[str, NDArray[np.float64]]:

@@ -118,12 +118,12 @@ def test_too_few_matches_tell_nothing(asked: Map, block: KeyBlock) -> None:
     keys = asked.keys(3)["camera"]
     block.take({"camera": PictureKeys(keys.points[: FEWEST - 1], keys.descriptors[: FEWEST - 1])})
     assert block.sees
-    assert block.told(np.arange(PLACES)).tolist() == [0.0] * PLACES
+    assert block.log_ratios(np.arange(PLACES)).tolist() == [0.0] * PLACES
 
 
 def test_a_camera_that_is_not_there_is_not_asked(asked: Map, block: KeyBlock) -> None:
     block.take({"other": asked.keys(3)["camera"]})
-    assert block.told(np.arange(PLACES)).tolist() == [0.0] * PLACES
+    assert block.log_ratios(np.arange(PLACES)).tolist() == [0.0] * PLACES
 
 
 def test_the_score_is_a_share_of_the_matches() -> None:
@@ -217,8 +217,8 @@ def test_what_does_not_fit_speaks_against_no_place(asked: Map, block: KeyBlock, 
     take(block, asked, replace(views[3], images={"camera": noise}))
     fits = [together(laid(asked.keys(place), block._view)) for place in range(PLACES)]
     assert max(fit.matches for fit in fits) > 5 * FEWEST
-    assert (block.told(np.arange(PLACES)) >= 0).all()
-    assert np.median(block.told(np.arange(PLACES))) == 0
+    assert (block.log_ratios(np.arange(PLACES)) >= 0).all()
+    assert np.median(block.log_ratios(np.arange(PLACES))) == 0
 
 
 def test_what_does_not_fit_is_less_than_is_usual(asked: Map, block: KeyBlock, views: list[View]) -> None:
@@ -231,7 +231,7 @@ def test_what_does_not_fit_is_less_than_is_usual(asked: Map, block: KeyBlock, vi
     ((key, fits),) = block.brought(places).items()
     assert key == "keys/camera"
     assert of_noise[3] < 0 < fits[3]
-    assert fits[3] == fits[1:6].max() == block.told(places)[3]  # neighbours share the best
+    assert fits[3] == fits[1:6].max() == block.log_ratios(places)[3]  # neighbours share the best
 
 
 def test_places_elsewhere_average_little_more_than_one_on_another_drive(
@@ -243,7 +243,7 @@ def test_places_elsewhere_average_little_more_than_one_on_another_drive(
         darker = {"camera": (view.images["camera"] * 0.4).astype(np.uint8)}
         take(block, asked, replace(view, images=darker))
         far = np.flatnonzero(np.abs(np.arange(PLACES) - number) > 5)
-        ratios += np.exp(block.told(far)).tolist()
+        ratios += np.exp(block.log_ratios(far)).tolist()
     assert len(ratios) > 100
     assert np.mean(ratios) <= 1.3
 
@@ -297,7 +297,7 @@ def test_keys_are_laid_on_a_place_once_a_view_however_many_stages_ask(
 ) -> None:
     block = KeyBlock(asked)
     take(block, asked, views[3])
-    block.told(np.array([0]))  # scores of places elsewhere are asked for once
+    block.log_ratios(np.array([0]))  # scores of places elsewhere are asked for once
     places: list[Mapping[str, PictureKeys]] = []
 
     def counted(place: Mapping[str, PictureKeys], view: Mapping[str, PictureKeys]) -> dict[str, KeyFit]:
@@ -305,9 +305,9 @@ def test_keys_are_laid_on_a_place_once_a_view_however_many_stages_ask(
         return laid(place, view)
 
     monkeypatch.setattr(key_block, "laid", counted)
-    told = block.told(np.array([2, 3, 4]))
-    assert block.told(np.array([3]))[0] == pytest.approx(told[1])
+    told = block.log_ratios(np.array([2, 3, 4]))
+    assert block.log_ratios(np.array([3]))[0] == pytest.approx(told[1])
     assert len(places) == 3
     take(block, asked, views[4])
-    block.told(np.array([3]))
+    block.log_ratios(np.array([3]))
     assert len(places) == 4

@@ -139,7 +139,7 @@ def test_a_scan_that_shows_no_walls_speaks_against_no_place(asked: Map) -> None:
     gappy = learn([replace(view, scan=None) if k == 10 else view for k, view in enumerate(views)], profile=BEST)
     poses = PosesBeside(gappy)
     poses.take(views[10].scan)
-    told = ScanBlock(gappy, poses, {LASER}).told(np.array([3, 10, 11]))
+    told = ScanBlock(gappy, poses, {LASER}).log_ratios(np.array([3, 10, 11]))
     assert (told[0] < 0, told[1]) == (True, 0.0)
     nothing = replace(views[3], scan=Scan(np.full(361, np.inf, np.float32)))
     after = Localiser(asked)

@@ -29,7 +29,7 @@ NEVER, SELDOM = (
 def view(place: int, carried: float = -3.0) -> Measurement:
     """A metre on, a view that looks like one place and, a little, like the next ones of the stretch it came from."""
     even = np.full(K, 1 / K)
-    return Measurement(even, 1.0, Timings(), 6.0 * np.eye(K)[place] - 1.0, turn=0.0, carried=carried)
+    return Measurement(even, 1.0, Timings(), 6.0 * np.eye(K)[place] - 1.0, turn=0.0, log_ratio_carried=carried)
 
 
 def answers(map_: Map, drive: list[Measurement]) -> list[int | None]:
@@ -53,7 +53,7 @@ def test_who_is_seen_to_be_carried_is_found_at_once(two: bool) -> None:
 def test_sensors_that_tell_nothing_change_nothing() -> None:
     """Nor do those that saw it come by itself: the chain has its own ways of being lost."""
     for carried in (0.0, -3.0):
-        drive = [replace(one, carried=carried) for one in CARRIED]
+        drive = [replace(one, log_ratio_carried=carried) for one in CARRIED]
         never, seldom = (tracker_for(Stage.CHAIN, map_) for map_ in (NEVER, SELDOM))
         for one in drive:
             np.testing.assert_array_equal(never.update([one]).places, seldom.update([one]).places)
@@ -63,7 +63,7 @@ def test_a_stand_begins_where_the_robot_was_set_down() -> None:
     stands = Stands()
     first, *others = [view(30, 4.0), replace(view(30, 0.0), again=True), replace(view(30, -3.0), again=True)]
     stands.mean([first])
-    assert [stands.mean([one])[0].carried for one in others] == [4.0, 4.0]
+    assert [stands.mean([one])[0].log_ratio_carried for one in others] == [4.0, 4.0]
 
 
 def test_a_laser_alone_is_not_asked() -> None:
@@ -72,7 +72,7 @@ def test_a_laser_alone_is_not_asked() -> None:
     rooms = [cast(rectangle(*rng.uniform(-9, -1, 2), *rng.uniform(1, 9, 2)), Pose(0, 0, 0), rng=rng) for _ in range(9)]
     drive = [View(float(t), {}, room, 0.5, 0.0) for t, room in enumerate(rooms)]
     guard = SensorGuard(learn(drive, profile="best"))
-    assert [guard.match(one)[0].carried for one in drive] == [0.0] * 9
+    assert [guard.match(one)[0].log_ratio_carried for one in drive] == [0.0] * 9
 
 
 def test_one_camera_is_enough_to_tell() -> None:
@@ -82,7 +82,7 @@ def test_one_camera_is_enough_to_tell() -> None:
     starts = [*range(0, 768, 64), 2600, 2664]
     drive = [View(t, {"forward": wall[:, start : start + 640]}, None, 0.5, 0.0) for t, start in enumerate(starts)]
     guard = SensorGuard(learn(drive[:8], profile="best"))
-    told = [guard.match(one)[0].carried for one in drive]
+    told = [guard.match(one)[0].log_ratio_carried for one in drive]
     assert told[0] == 0.0
     assert max(told[1:12]) < -2.0
     assert told[12] > 2.0
@@ -95,6 +95,6 @@ def test_hindsight_does_not_ask() -> None:
     for carried in (0.0, 4.0):
         hindsight = Hindsight(SELDOM)
         for one in CARRIED:
-            hindsight.take([replace(one, carried=carried)])
+            hindsight.take([replace(one, log_ratio_carried=carried)])
         found.append([belief.places.tolist() for belief in hindsight.beliefs()])
     assert found[0] == found[1]

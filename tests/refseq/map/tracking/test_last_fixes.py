@@ -17,7 +17,7 @@ from refseq.map.localiser import localise
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
 from refseq.map.profile import BEST
-from refseq.map.tracking.last_fixes import APART, DRIFT, LEAST, NEAR, LastFixes, carrying_shows
+from refseq.map.tracking.last_fixes import APART, DRIFT, LEAST, NEAR, LastFixes, can_trust_fixes
 from refseq.view import ASSUMED, View
 from tests.refseq.rooms import bits_drive, bits_sequence
 from tests.support import corridor_drive
@@ -35,7 +35,7 @@ def drive(turns: dict[int, float]) -> list[Measurement]:
 
 def step(distance: float = STEP, turn: float = 0.0, carried: float = -8.0, again: bool = False) -> Measurement:
     even = np.full(COUNT, 1 / COUNT)
-    return Measurement(even, distance, Timings(), np.zeros(COUNT), turn=turn, carried=carried, again=again)
+    return Measurement(even, distance, Timings(), np.zeros(COUNT), turn=turn, log_ratio_carried=carried, again=again)
 
 
 ROUND, STRAIGHT = drive({20: math.pi / 2}), drive({})
@@ -72,7 +72,7 @@ def followed(map_: Map, steps: Sequence[Measurement], places: Sequence[int | Non
     fixes = LastFixes(map_)
     for one, place in zip(steps, places, strict=True):
         told = fixes.weighed([one])[0].log_ratio
-        fixes.told([one], sure(place or 0, 0.0 if place is not None else 1.0))
+        fixes.remember([one], sure(place or 0, 0.0 if place is not None else 1.0))
     assert told is not None
     return fixes, told
 
@@ -126,14 +126,14 @@ def test_no_place_is_ever_spoken_for_nor_ruled_out(
 def test_a_robot_that_was_carried_may_be_anywhere() -> None:
     """Pictures and scans that tell so leave no fix from before; a step of which they tell nothing leaves all."""
     for carried, least, most in ((30.0, -0.01, 0.0), (0.0, -9.0, math.log(0.1))):
-        steps = [*STRAIGHT[:25], replace(STRAIGHT[25], carried=carried), *STRAIGHT[26:]]
+        steps = [*STRAIGHT[:25], replace(STRAIGHT[25], log_ratio_carried=carried), *STRAIGHT[26:]]
         _, told = followed(MAP, steps, LEFT)
         assert least <= told[39] <= most
 
 
 def test_by_and_by_it_may_have_been_carried_unseen() -> None:
     """Hours in the dark: steps of which nothing is seen leave ever less to speak against."""
-    dark = [replace(one, carried=0.0) for one in STRAIGHT]
+    dark = [replace(one, log_ratio_carried=0.0) for one in STRAIGHT]
     standing = [step(0.0, 0.0, carried=0.0)] * 2000
     fixes, soon = followed(MAP, dark, LEFT)
     for one in standing:
@@ -156,9 +156,9 @@ def test_a_way_that_nobody_measured_leaves_nothing_known() -> None:
 def test_a_sensor_alone_is_asked_for_no_fixes_unless_nobody_carries_the_robot(maps: tuple[Map, Map]) -> None:
     never = learn(seen(1, math.pi / 2)[:3], profile="best+chain.carried=0")
     for sensors in (["laser"], ["forward"], ["laser", "forward"], ["forward", "lateral"]):
-        assert carrying_shows(maps[1], sensors) == (len(sensors) > 1)
-        assert carrying_shows(never, sensors)
-    assert carrying_shows(maps[1], None)
+        assert can_trust_fixes(maps[1], sensors) == (len(sensors) > 1)
+        assert can_trust_fixes(never, sensors)
+    assert can_trust_fixes(maps[1], None)
 
 
 def test_a_map_of_pictures_whose_way_was_assumed_tells_of_no_way() -> None:
@@ -190,7 +190,7 @@ def test_fixes_are_apart() -> None:
     fixes = LastFixes(MAP)
     for one, place in zip(steps, (0, 30, 30), strict=True):
         fixes.weighed([one])
-        fixes.told([one], sure(place))
+        fixes.remember([one], sure(place))
     told = fixes.weighed([step(0.0)])[0].log_ratio
     assert told is not None
     assert told[0] == 0
@@ -211,7 +211,7 @@ def test_what_is_not_sure_is_no_fix() -> None:
     for one in STRAIGHT:
         fixes.weighed([one])
         for doubtful in (spread, sure(3, 0.02)):
-            fixes.told([one], doubtful)
+            fixes.remember([one], doubtful)
     assert (fixes.weighed([step()])[0].log_ratio == 0).all()
 
 
@@ -265,7 +265,7 @@ def test_places_of_a_path_that_is_not_joined_are_left_alone() -> None:
     fixes = LastFixes(both)
     for number, one in enumerate(STRAIGHT):
         measured = fixes.weighed([one, one])
-        fixes.told(measured, belief_from(np.eye(2 * COUNT)[min(number, 20)], 0.0 if number <= 20 else 1.0))
+        fixes.remember(measured, belief_from(np.eye(2 * COUNT)[min(number, 20)], 0.0 if number <= 20 else 1.0))
     here, there = (one.log_ratio for one in measured)
     assert here is not None
     assert there is not None
@@ -286,7 +286,7 @@ def test_a_place_of_two_paths_is_where_either_leads() -> None:
                  for its in merged.map.sequences]  # fmt: skip
         told = np.concatenate([its.log_ratio for its in fixes.weighed(asked)])
         known = np.eye(len(merged.map))[shared[min(number, 19)]]
-        fixes.told(asked, belief_from(known, 0.0 if number < 20 else 1.0))
+        fixes.remember(asked, belief_from(known, 0.0 if number < 20 else 1.0))
     own = merged.map.numbered(merged.map.paths[0])
     assert told[shared[39]] == pytest.approx(0.0)
     assert told[own[39]] < -1

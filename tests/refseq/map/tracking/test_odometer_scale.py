@@ -14,7 +14,7 @@ from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise
 from refseq.map.map import Map, beside
 from refseq.map.matcher import Measurement
-from refseq.map.tracking.odometer_scale import PLAY, RESIDUAL, SURE, OdometerScale
+from refseq.map.tracking.odometer_scale import CLEAR, PLAY, RESIDUAL, OdometerScale
 from refseq.view import View
 from tests.support import corridor_drive
 
@@ -61,7 +61,7 @@ def at(along: float, count: int = COUNT, lost: float = 0.0) -> Belief:
 def told(estimator: OdometerScale, ways: Sequence[float], places: Sequence[float]) -> None:
     """Tell of views at these ways by the odometer and at these places [m]."""
     for distance, along in zip(np.diff(ways, prepend=0.0), places, strict=True):
-        estimator.told(measured(float(distance)), at(along))
+        estimator.remember(measured(float(distance)), at(along))
 
 
 @given(st.floats(0.7, 1.4), st.integers(0, 1000))
@@ -77,7 +77,7 @@ def test_the_slope_is_that_of_least_squares_under_a_normal_prior(map_: Map, slop
         np.vstack([equations, [1 / SPREAD, 0.0]]), np.append(places / RESIDUAL, 1 / SPREAD), rcond=None
     )[0][0]
     spread = (SPREAD**-2 + ((ways - ways.mean()) ** 2).sum() / RESIDUAL**2) ** -0.5
-    clear = abs(expected - 1) > max(PLAY, SURE * spread)
+    clear = abs(expected - 1) > max(PLAY, CLEAR * spread)
     assert estimator.scale == pytest.approx(expected if clear else 1.0, abs=1e-9)
 
 
@@ -158,7 +158,7 @@ def test_the_ends_of_a_path_tell_no_scale(map_: Map) -> None:
     estimator = OdometerScale(map_)
     ways = np.arange(0.0, 60.0, STEP)
     for distance, along in zip(np.diff(ways, prepend=0.0), ways, strict=True):
-        estimator.told(measured(float(distance)), at(min(along, (COUNT - 1) * STEP)))
+        estimator.remember(measured(float(distance)), at(min(along, (COUNT - 1) * STEP)))
     assert estimator.scale == 1.0
 
 
@@ -166,7 +166,7 @@ def test_lost_or_unsure_views_tell_nothing(map_: Map) -> None:
     for belief in (lambda along: at(along, lost=0.3), lambda along: belief_from(np.ones(COUNT))):
         estimator = OdometerScale(map_)
         for along in np.arange(2.0, 30.0, STEP):
-            estimator.told(measured(1.3 * STEP), belief(along))
+            estimator.remember(measured(1.3 * STEP), belief(along))
         assert estimator.scale == 1.0
 
 
@@ -174,16 +174,16 @@ def test_the_views_of_a_stand_are_one(map_: Map) -> None:
     moving, standing = OdometerScale(map_), OdometerScale(map_)
     for along in np.arange(2.0, 30.0, STEP):
         for estimator in (moving, standing):
-            estimator.told(measured(1.3 * STEP), at(along))
+            estimator.remember(measured(1.3 * STEP), at(along))
         for _ in range(5):
-            standing.told(measured(1.3 * STEP, again=True), at(along))
+            standing.remember(measured(1.3 * STEP, again=True), at(along))
     assert standing.scale == moving.scale != 1.0
 
 
 def test_a_way_that_nobody_measured_begins_anew(map_: Map) -> None:
     estimator = OdometerScale(map_)
     for number, along in enumerate(np.arange(2.0, 30.0, STEP)):
-        estimator.told(measured(math.nan if number % 9 == 4 else 1.3 * STEP), at(along))
+        estimator.remember(measured(math.nan if number % 9 == 4 else 1.3 * STEP), at(along))
     assert estimator.scale == pytest.approx(1 / 1.3, abs=0.04)
     assert not math.isnan(estimator.corrected(measured(1.0))[0].distance)
 
@@ -196,7 +196,7 @@ def test_ways_are_along_the_sequence_that_the_robot_is_on(map_: Map) -> None:
     for number, along in enumerate(np.arange(2.0, 30.0, STEP)):
         weights = np.zeros(2 * COUNT)
         weights[(number % 2) * COUNT :][:COUNT] = at(along).places
-        estimator.told(measured(STEP, 2 * COUNT), belief_from(weights))
+        estimator.remember(measured(STEP, 2 * COUNT), belief_from(weights))
     assert estimator.scale == 1.0
 
 
@@ -237,7 +237,7 @@ def test_a_robot_that_goes_to_and_fro_for_hours_keeps_few_points(map_: Map) -> N
     for number in range(4000):
         back = number // 10 % 2
         along = 5.0 + (number % 10 if not back else 10 - number % 10)
-        estimator.told(measured(-1.0 if back else 1.0), at(along))
+        estimator.remember(measured(-1.0 if back else 1.0), at(along))
     assert len(estimator._points) < 30
     assert estimator.scale == 1.0
 
@@ -257,5 +257,5 @@ def test_what_the_odometer_alone_moves_confirms_no_scale(map_: Map) -> None:
     scale, blind = estimator.scale, Measurement(np.full(COUNT, 1 / COUNT), 1.25, 0.0)
     assert scale == pytest.approx(0.8, abs=0.02)
     for along in np.arange(21.0, 32.0) + 1.25 * np.arange(11):
-        estimator.told([blind], at(float(min(along, 30.0))))
+        estimator.remember([blind], at(float(min(along, 30.0))))
     assert estimator.scale == scale

@@ -14,7 +14,7 @@ from refseq.fault import ODOMETRY, FaultKind
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.forward import ForwardFilter
 from refseq.inference.chain.motion import MotionSettings
-from refseq.inference.chain.run_out import path_smoothed
+from refseq.inference.chain.path_filter import path_smoothed
 from refseq.inference.chain.viterbi import SlidingViterbi
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed

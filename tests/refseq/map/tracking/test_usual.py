@@ -163,7 +163,7 @@ def test_a_sensor_that_is_asked_alone_is_not_doubted(maps: tuple[Map, Map], alon
     rich = Measurement(places, 0.85, Timings(), np.zeros(COUNT), by_block=dict.fromkeys(names, np.full(COUNT, 4.0)))
     for _ in range(40):
         usual.weighed([rich])
-        usual.told([rich], belief_from(places, 0.0))
+        usual.remember([rich], belief_from(places, 0.0))
     poor = replace(rich, by_block=dict.fromkeys(names, np.full(COUNT, -1.0)))
     against = usual.weighed([poor])[0].log_ratio
     assert against.tolist() == [0.0] * COUNT if alone else (against < 0).all()
@@ -177,13 +177,13 @@ def test_what_is_not_sure_is_not_remembered(maps: tuple[Map, Map]) -> None:
     measured = [Measurement(places, 0.85, Timings(), np.zeros(COUNT), by_block=both(4.0))]
     spread = np.full(COUNT, 1 / COUNT)
     for weights, doubt in ((places, 0.02), (spread, 0.0)):
-        usual.told(measured, belief_from(weights, doubt))
+        usual.remember(measured, belief_from(weights, doubt))
         assert usual.weighed(measured)[0].log_ratio.tolist() == [0.0] * COUNT
-    usual.told(measured, belief_from(places, 0.0))
+    usual.remember(measured, belief_from(places, 0.0))
     poorer = [replace(measured[0], by_block=both(-1.0))]
     for _ in range(40):
         usual.weighed(measured)
-        usual.told(measured, belief_from(places, 0.0))
+        usual.remember(measured, belief_from(places, 0.0))
     assert (usual.weighed(poorer)[0].log_ratio < 0).all()
     assert usual.weighed([replace(poorer[0], by_block={})])[0].log_ratio.tolist() == [0.0] * COUNT
 
@@ -209,7 +209,7 @@ def against(
     )
     for _ in range(40):
         usual.weighed([rich])
-        usual.told([rich], belief_from(places, 0.0))
+        usual.remember([rich], belief_from(places, 0.0))
     return usual.weighed([poor])[0].log_ratio
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.chain.network import Network
-from refseq.inference.chain.turns_behind import ALIKE, LEAST, LearntWays, TurnsBehind, log_ratio_of
+from refseq.map.tracking.turns_behind import ALIKE, LEAST, LearntWays, TurnsBehind, log_ratio_of
 
 quick = settings(derandomize=True, max_examples=50)
 STRAIGHT, LEFT = np.zeros(40), np.where(np.arange(40) < 20, 0.0, np.pi / 2)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.chain.network import Network
+from refseq.map.map import Map
 from refseq.planar import wrapped
 
 ALIKE, SPREAD = math.radians(30.0), math.radians(15.0)
@@ -105,3 +106,9 @@ def log_ratio_of(difference: NDArray[np.float64]) -> NDArray[np.float64]:
     apart = np.abs(wrapped(difference))
     ratio: NDArray[np.float64] = np.maximum(-0.5 * (np.maximum(apart - ALIKE, 0.0) / SPREAD) ** 2, math.log(LEAST))
     return ratio
+
+
+def turns_behind(map_: Map) -> TurnsBehind | None:
+    """Evidence of the odometer's turns for the positions of the map's network; None where it is not asked."""
+    reach = map_.profile.log_ratio.turns
+    return TurnsBehind(LearntWays.of(map_.network, list(map(map_.track, map_.paths))), reach) if reach > 0 else None

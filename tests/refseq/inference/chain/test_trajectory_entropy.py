@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.special import logsumexp, xlogy
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
-from refseq.inference.chain.trajectory import trajectory_entropy
+from refseq.inference.chain.trajectory_entropy import trajectory_entropy
 from tests.refseq.chains import (
     MOTION,
     all_paths,
