@@ -8,6 +8,7 @@ import pytest
 JUDGING = """
 import sys, time, mujoco
 from refseq_bench.scenarios.campaign.aside import aside, leave
+from refseq_bench.scenarios.cli.app import main
 body = "<body><freejoint/><geom size='1'/></body>"
 model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
 data = mujoco.MjData(model)
@@ -17,15 +18,21 @@ def work():
 aside(work)
 time.sleep(0.2)
 print("told")
-leave(130)
-sys.exit(130)
 """
 
 
-def test_the_code_is_that_of_the_command_and_not_of_a_crash() -> None:
+@pytest.mark.parametrize(
+    ("last", "code", "told"),
+    [("leave(130); sys.exit(130)", 130, ""), ("sys.argv[1:] = ['nonsense']; main()", 2, "error: command 'nonsense'")],
+    ids=["alone", "the command line"],
+)
+def test_the_code_is_that_of_the_command_and_not_of_a_crash(last: str, code: int, told: str) -> None:
     """A library in which the thread is while Python takes itself down ends the program by a signal."""
-    answer = subprocess.run([sys.executable, "-c", JUDGING], capture_output=True, text=True, timeout=60, check=False)
-    assert (answer.returncode, answer.stdout, answer.stderr) == (130, "told\n", "")
+    words = [sys.executable, "-c", JUDGING + last]
+    answer = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    assert (answer.returncode, answer.stdout) == (code, "told\n")
+    assert answer.stderr.startswith(told)
+    assert len(answer.stderr.splitlines()) == bool(told)
 
 
 @pytest.mark.parametrize("work", ["pass", "aside(lambda: 1).result()"])
