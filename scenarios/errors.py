@@ -7,6 +7,7 @@ either: pydantic's validators turn it into their own, and code that reads number
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 FAMILIES = {
     "refseq": "RefseqError",
@@ -40,3 +41,17 @@ def named(table: str) -> Iterator[None]:
         yield
     except input_errors() as error:
         raise ScenarioError(f"{table}: {error}") from error
+
+
+@contextmanager
+def about(file: Path, name: str = "") -> Iterator[None]:
+    """Name the file that an error is about, where it does not begin with it, or with a ``name`` for it.
+
+    The localiser knows views and maps, and not the files that they are from.
+    """
+    try:
+        yield
+    except input_errors() as error:
+        if str(error).startswith((f"{file}: ", f"{name or file}: ")):
+            raise
+        raise ScenarioError(f"{file}: {error}") from error

@@ -118,7 +118,7 @@ def open_log(path: Path | str) -> LogSource:
         raise LogError(f"{path}: is empty once unpacked; {valid}")
     if head.startswith(b"PK\3\4") and b"map.json" in head:
         raise LogError(f"{path}: is a map (.refseq), no log; {valid}")
-    if head[4:8] == b"ftyp" or head.startswith((b"\x1aE\xdf\xa3", b"RIFF")):
+    if head[4:8] == b"ftyp" or head.startswith(b"\x1aE\xdf\xa3") or head[8:12] == b"AVI ":
         raise LogError(f"{path}: is a video; valid is a folder of its pictures, as ffmpeg -i writes them")
     raise LogError(f"{path}: is neither MCAP (its magic bytes are missing) nor text; {valid}")
 

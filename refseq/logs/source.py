@@ -172,8 +172,8 @@ class LogSource(Protocol):
         """Samples of the topics asked for, by default of all whose role is not ``IGNORED``, in the order of the log.
 
         May be called as often as one likes. Where the log was cut off, the samples end there and ``complete`` becomes
-        False; a message that does not fit its type is left out, and counted as ``unreadable``. Raises ``LogError`` for
-        a line of text that does not fit its kind, and for a log that holds more than it may.
+        False; a message or line that does not fit its type is left out, and counted as ``unreadable``. Raises
+        ``LogError`` for a log that holds more than it may.
         """
         ...
 

@@ -1,4 +1,4 @@
-"""Account of messages that cannot be read: they are left out, and told by topic, with the reason for the first."""
+"""Account of messages and lines that cannot be read: left out, and told by topic, with the reason for the first."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -11,21 +11,23 @@ VALID = "; valid "
 """In a reason that tells it already."""
 
 
-class UnreadableMessageError(LogError):
-    """A message of a topic, ``logged`` at a time [s], is not what its type says; ``reason`` without its place.
+class UnreadableError(LogError):
+    """A message or line of a topic cannot be read: its ``place`` in words, and the ``reason`` without the place."""
+
+    def __init__(self, topic: str, place: str, reason: str) -> None:
+        self.topic, self.place, self.reason = topic, place, reason
+        super().__init__(f"topic {topic}: {place} is not readable: {reason}")
+
+
+class UnreadableMessageError(UnreadableError):
+    """A message of a topic, ``logged`` at a time [s], is not what its type says.
 
     A reason that tells nothing that is valid is followed by the type's name.
     """
 
     def __init__(self, topic: str, logged: float, reason: str, type_name: str) -> None:
-        self.topic, self.logged = topic, logged
-        self.reason = reason if VALID in reason else f"{reason}{VALID}is {type_name}"
-        super().__init__(f"topic {topic}: {self.place} is not readable: {self.reason}")
-
-    @property
-    def place(self) -> str:
-        """The message in words."""
-        return f"the message logged at {self.logged:.6f} s"
+        told = reason if VALID in reason else f"{reason}{VALID}is {type_name}"
+        super().__init__(topic, f"the message logged at {logged:.6f} s", told)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class Unreadable:
 
     count: int
     of: int
-    first: UnreadableMessageError
+    first: UnreadableError
 
     @property
     def is_all(self) -> bool:
@@ -53,7 +55,7 @@ class Unreadable:
 
 
 ALL_READABLE: Mapping[str, Unreadable] = MappingProxyType({})
-"""The account of a log whose messages are read or refused as a whole."""
+"""The account of a log that has no messages, but files of their own."""
 
 
 class UnreadableTally:
@@ -62,7 +64,7 @@ class UnreadableTally:
     def __init__(self) -> None:
         self._seen: Counter[str] = Counter()
         self._lost: Counter[str] = Counter()
-        self._first: dict[str, UnreadableMessageError] = {}
+        self._first: dict[str, UnreadableError] = {}
 
     def begin(self, topics: Iterable[str]) -> None:
         """Forget topics that are read anew."""
@@ -74,7 +76,7 @@ class UnreadableTally:
         """Count a message, be it readable or not."""
         self._seen[topic] += 1
 
-    def lose(self, error: UnreadableMessageError) -> None:
+    def lose(self, error: UnreadableError) -> None:
         """Count a message that was seen and cannot be read."""
         self._lost[error.topic] += 1
         self._first.setdefault(error.topic, error)

@@ -10,10 +10,10 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from threading import Thread
 from typing import Any, TypeGuard
 
 from refseq.errors import RefseqError
+from refseq_bench.scenarios.campaign.aside import aside
 from refseq_bench.scenarios.campaign.case_types import judged
 from refseq_bench.scenarios.campaign.declare.case import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
@@ -27,6 +27,8 @@ from refseq_bench.scenarios.errors import ScenarioError, UnwritableError
 
 TICK = 0.25
 """Period in which a watcher is told that time goes by [s]."""
+PATIENCE = 10.0
+"""Whoever leaves waits so long for a page that is being written [s]: a page takes less, judging may take more."""
 
 
 class Watcher:
@@ -153,7 +155,7 @@ class _Campaign:
         self._waiting = list(self._tasks.values())
         self._running: dict[Future[TaskOutcome], Task] = {}
         self._judging: dict[Future[Judged], _Plan] = {}
-        self._deserted = False
+        self._deserted = self._leaving = False
         self._outcomes: dict[str, TaskOutcome] = {}
         self._missing: set[str] = set()
         self._discarded: set[str] = set()
@@ -162,12 +164,23 @@ class _Campaign:
         watcher.planned(self._waiting, {name: plan.asked for name, plan in plans.items()})
 
     def run(self) -> Iterator[Judged]:
-        """Have everything done; yields the cases in the order in which they are judged."""
+        """Have everything done; yields the cases in the order in which they are judged.
+
+        Whoever leaves before waits a while for the page that is being written; none is begun then.
+        """
+        try:
+            yield from self._all_judged()
+        except BaseException:
+            self._leaving = True
+            wait(self._judging, timeout=PATIENCE)
+            raise
+
+    def _all_judged(self) -> Iterator[Judged]:
         while self._open or self._judging:
             self._begin()
             # One at a time: whole drives are in memory meanwhile, and what one finds damaged the next may need.
             if not self._judging and (plan := self._complete()):
-                self._judging[_aside(partial(self._judged, plan))] = plan
+                self._judging[aside(partial(self._judged, plan))] = plan
             done = _some_of((*self._running, *self._judging))
             for future in done & self._running.keys():
                 self._end(self._running.pop(future), future.result())
@@ -272,7 +285,7 @@ class _Campaign:
             result = _without_answers(plan.case, Verdict.ERROR, f"judging: {error}")
         except Exception as error:
             result = _without_answers(plan.case, Verdict.ERROR, f"judging: {one_line(error)}")
-        return _through(self._conclude, result)
+        return result if self._leaving else _through(self._conclude, result)
 
     def _concluded(self, plan: _Plan, future: "Future[Judged]") -> Iterator[Judged]:
         """The verdict, or none yet where something that it needs was damaged and is made anew."""
@@ -292,20 +305,3 @@ def _some_of(futures: "Sequence[Future[Any]]") -> "set[Future[Any]]":
     if not futures:
         time.sleep(TICK)
     return wait(futures, timeout=TICK, return_when=FIRST_COMPLETED).done
-
-
-def _aside(function: Callable[[], Judged]) -> "Future[Judged]":
-    """Call a function in a thread that, unlike those of Python's pools, keeps nobody from leaving.
-
-    Judging reads whole drives again; meanwhile tasks are handed out and time goes by.
-    """
-    future: Future[Judged] = Future()
-
-    def work() -> None:
-        try:
-            future.set_result(function())
-        except Exception as error:
-            future.set_exception(error)
-
-    Thread(target=work, daemon=True).start()
-    return future

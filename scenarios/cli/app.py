@@ -115,7 +115,10 @@ def main() -> None:
     # Systems and CI servers end a job by SIGTERM, a terminal by SIGINT: either leaves behind what Ctrl-C does. What a
     # shell without job control puts in the background ignores SIGINT, and does so here too.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    sys.exit(exit_code(sys.argv[1:]))
+    code = exit_code(sys.argv[1:])
+    if campaign := sys.modules.get("refseq_bench.scenarios.campaign.aside"):
+        campaign.leave(code)
+    sys.exit(code)
 
 
 @cache

@@ -21,6 +21,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
 from refseq_bench.scenarios.cli.terminal.outputs import MAP_TO_WRITE
 from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive, replacement
 from refseq_bench.scenarios.drives.learnt_views import learnt_notes
+from refseq_bench.scenarios.errors import about
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
@@ -64,7 +65,8 @@ def add(
 
     from refseq.map.growth.adding import GrowthSettings, add_drive, check_map
 
-    check_map(map_)
+    with about(map_file):
+        check_map(map_)
     if explore:
         from refseq.atlas.explore import explore as explore_map
         from refseq_bench.scenarios.maps.explored import extensible
@@ -73,7 +75,8 @@ def add(
     drive = read_drive(drive_file, selection.with_noise(seed + 1))
     if explore:
         notes = learnt_notes(drive_file, drive.metadata, selection.chosen())
-        found = explore_map(map_, drive.views, name=drive_file.stem, metadata=notes, seed=seed)
+        with about(drive_file):
+            found = explore_map(map_, drive.views, name=drive_file.stem, metadata=notes, seed=seed)
         with replacing:
             _add_paths(found, larger, drive_file, target, as_json=as_json)
         return
@@ -81,7 +84,8 @@ def add(
     from refseq_bench.scenarios.maps.merge_notes import STRETCHED
 
     rules = GrowthSettings(well=well, most=most)
-    grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
+    with about(drive_file):
+        grown = add_drive(map_, drive.views, name=drive_file.name, metadata=drive.metadata, settings=rules, seed=seed)
     if not grown.known or output is not None:
         with replacing:
             grown.map.save(target)

@@ -33,9 +33,9 @@ from refseq_bench.scenarios.cli.terminal.outputs import (
     file_to_write,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_output, read_drive, replacement, words
+from refseq_bench.scenarios.drives.inputs import check_output, read_drive, read_map, replacement, words
 from refseq_bench.scenarios.drives.learnt_views import learnt_notes
-from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError, about
 from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
@@ -84,14 +84,15 @@ def learn(
 
     from refseq.map.learning import learn as learn_map
 
-    map_ = learn_map(
-        drive.views,
-        sensors=wanted,
-        features=extracted,
-        profile=chosen,
-        metadata=learnt_notes(recording, drive.metadata, selection.chosen()),
-        most_informative=most_informative,
-    )
+    with about(recording):
+        map_ = learn_map(
+            drive.views,
+            sensors=wanted,
+            features=extracted,
+            profile=chosen,
+            metadata=learnt_notes(recording, drive.metadata, selection.chosen()),
+            most_informative=most_informative,
+        )
     if not map_.sequence.matrix.N:
         raise ScenarioError(
             f"{recording}: no feature is found in what {', '.join(sorted(map_.sensors))} sees; valid are larger "
@@ -219,11 +220,10 @@ def compact(
 ) -> None:
     """Make neighbouring places that cannot be told apart show the same, and forget the words that none shows."""
     from refseq.map.compact import compact as compact_map
-    from refseq.map.map import Map
     from refseq_bench.scenarios.maps.sizes import size_of, size_table
 
     check_output(output, of=[map_file])
-    whole = Map.load(map_file)
+    whole = read_map(map_file)
     made = compact_map(whole, alike, within)
     told = f"places at most {alike:g} apart, within {within:g} m"
     small = made.map.noted({"compacted": told})
@@ -310,13 +310,12 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Draw the paths of a merged map where joins and odometry put them, and tell the error where truth is known."""
-    from refseq.map.map import Map
     from refseq_bench.scenarios.maps.floor_plan import check_asked, lay_floor
     from refseq_bench.scenarios.maps.plan import check_plan, plan_error
 
     check_asked(floor, at or [])
     check_output(output, of=[map_file, floor])
-    map_ = Map.load(map_file)
+    map_ = read_map(map_file)
     check_plan(map_, map_file)
 
     from refseq.atlas.sharing import loops_of
@@ -365,9 +364,7 @@ def route(
     as_json: Json = False,
 ) -> None:
     """Find the shortest route between two places of a map; paths are driven one way only."""
-    from refseq.map.map import Map
-
-    map_ = Map.load(map_file)
+    map_ = read_map(map_file)
 
     from refseq.atlas.routes import NoRouteError, place_of, shortest_route, why_none
     from refseq_bench.scenarios.maps.routes import leg_table, route_in_words
@@ -405,7 +402,6 @@ def matrix(
     import numpy as np
 
     from refseq.inference.matching.neighbours import Neighbours
-    from refseq.map.map import Map
     from refseq_bench.scenarios.maps.matrix import (
         features_table,
         information_table,
@@ -415,7 +411,8 @@ def matrix(
     )
 
     check_output(output, of=[map_file])
-    sequence = Map.load(map_file).sequence
+    with about(map_file):
+        sequence = read_map(map_file).sequence
     found, neighbours = sequence.matrix, Neighbours.of(sequence.along)
     title = f"{map_file.name}: {found.N} features at {found.K} places"
     rows = summaries(found, np.random.default_rng(seed), neighbours)
@@ -452,12 +449,12 @@ def channel(
     """Tell how a later drive sees a map's features again, and what they tell about the place at most."""
     import numpy as np
 
-    from refseq.map.map import Map
     from refseq_bench.scenarios.maps.channel import channel_summaries, channel_table, learnt_channels
 
-    map_ = Map.load(map_file)
+    map_ = read_map(map_file)
     views = read_drive(query, selection.with_noise(seed + 1)).views
-    found = channel_summaries(map_, learnt_channels(map_, views), np.random.default_rng(seed))
+    with about(query):
+        found = channel_summaries(map_, learnt_channels(map_, views), np.random.default_rng(seed))
     if as_json:
         print_json({"places": len(map_), "kinds": found})
     else:
@@ -485,12 +482,12 @@ def paths(
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """List the best paths of a whole drive through a map, and how many bits its views tell of the path."""
-    from refseq.map.map import Map
     from refseq_bench.scenarios.maps.paths import best_paths, paths_table
 
-    map_ = Map.load(map_file)
+    map_ = read_map(map_file)
     views = read_drive(query, selection.with_noise(seed + 1)).views
-    found = best_paths(map_, views, count, durations=durations, second_order=second_order, seed=seed)
+    with about(query):
+        found = best_paths(map_, views, count, durations=durations, second_order=second_order, seed=seed)
     if as_json:
         print_json(found)
         return

@@ -267,23 +267,27 @@ def origin_notes(selection: DriveSelection) -> dict[str, str]:
 
 
 def load_map(path: Path) -> "Map":
-    """Load a map, and tell of drives that ended before their time. Raises ``MapError``."""
-    from refseq.errors import MapError
+    """Load a map, and tell of drives that ended before their time. Raises as ``read_map`` does."""
     from refseq.logs.closing import noted_damage
-    from refseq.map.map import Map
 
-    try:
-        map_ = Map.load(path)
-    except MapError as error:
-        if kind := _kind_of_log(path):
-            raise ScenarioError(
-                f"{path}: is a log ({kind}), no map; valid is a map (.refseq): is it in the log's place?"
-            ) from error
-        raise
+    map_ = read_map(path, "is it in the log's place?")
     for name, sequence in zip(map_.names, map_.sequences, strict=True):
         if damage := noted_damage(sequence.metadata):
             logging.getLogger(__name__).warning("%s: %s was learnt from an incomplete drive (%s)", path, name, damage)
     return map_
+
+
+def read_map(path: Path, advice: str = "make it by `refseq learn`") -> "Map":
+    """Load a map. Raises ``MapError``, and ``ScenarioError`` with ``advice`` for a log."""
+    from refseq.errors import MapError
+    from refseq.map.map import Map
+
+    try:
+        return Map.load(path)
+    except MapError as error:
+        if kind := _kind_of_log(path):
+            raise ScenarioError(f"{path}: is a log ({kind}), no map; valid is a map (.refseq): {advice}") from error
+        raise
 
 
 def _kind_of_log(path: Path) -> str:

@@ -5,7 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, delays, plan_drive, read_answers, read_drive
+from refseq_bench.scenarios.drives.inputs import (
+    WHOLE,
+    DriveSelection,
+    delays,
+    plan_drive,
+    read_answers,
+    read_drive,
+    read_map,
+)
 from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -134,10 +142,9 @@ def read_comparison(
     selection: DriveSelection = WHOLE,
 ) -> "Comparison":
     """A localised drive put together again from its files; the pictures of its places are those of ``reference``."""
-    from refseq.map.map import Map
     from refseq_bench.scenarios.drives.evaluate import comparison_of
 
-    map_ = Map.load(map_file)
+    map_ = read_map(map_file)
     places = place_views(map_, map_file, reference) if reference else None
     found = read_answers(beliefs)
     drive = read_drive(query, replace(selection, times=found.times))

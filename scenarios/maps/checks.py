@@ -11,6 +11,7 @@ from refseq.atlas.decision import Decision
 from refseq.errors import MapError
 from refseq.map.map import Map, check_names
 from refseq.map.sequence import check_comparable
+from refseq_bench.scenarios.drives.inputs import read_map
 from refseq_bench.scenarios.errors import ScenarioError
 
 SAME = 2.0
@@ -43,7 +44,7 @@ def read_maps(
             raise ScenarioError(f"{path}: cannot be read: No such file or directory")
     if first_of_one_path or len({path.stem for path in paths[1:]}) < len(paths[1:]):
         check_names([path.stem for path in paths])
-    first, *others = maps = [loaded[path] if path in loaded else Map.load(path) for path in paths]
+    first, *others = maps = [loaded[path] if path in loaded else read_map(path) for path in paths]
     for path, one in zip(paths, maps, strict=True):
         if not one.has_one_path and (first_of_one_path or one is not first):
             raise MapError(f"{path}: is a map of several paths; valid is a map of one")

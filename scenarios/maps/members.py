@@ -11,6 +11,7 @@ from refseq.atlas.decision import Decision
 from refseq.map.growth.record import GrowthRecord
 from refseq.map.map import Map
 from refseq.map.merge_record import Member, MergeRecord, Ruling
+from refseq_bench.scenarios.drives.inputs import read_map
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON
 
@@ -61,9 +62,9 @@ def with_members(paths: Sequence[Path], otherwise: str = KEEPING) -> TakenApart:
         if not path.exists():
             found.append(path)
             continue
-        whole = Map.load(path)
+        whole = read_map(path)
         members = {
-            file: Map.load(file) for file in (_found(path, member, otherwise) for member in whole.record.members)
+            file: read_map(file) for file in (_found(path, member, otherwise) for member in whole.record.members)
         }
         _check_growth(path, whole, list(members.values()), otherwise)
         loaded |= members or {path: whole}

@@ -21,6 +21,8 @@ from refseq_bench.worlds.plans.schema import FloorPlan
 
 DIGITS = 18
 """Digits that a world's seed may have: such numbers fit 64 bits."""
+MODELS = (".xml", ".mjcf", ".urdf", ".sdf", ".usd", ".obj", ".stl", ".ply", ".dae", ".gltf", ".glb", ".ifc", ".dxf")
+"""Endings of buildings as other programs keep them."""
 MADE = 64
 """So many of the plans that were made from a seed last are kept: 0.1 MB each."""
 
@@ -48,6 +50,11 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
     if turned and name in world_names():
         raise PlanError(
             f"world '{name_or_path}': it has no dials; valid are they behind corridor:SEED and building:SEED"
+        )
+    if path.suffix.lower() in MODELS:
+        raise PlanError(
+            f"{name_or_path}: is a model ({path.suffix}), which is not read; valid is a floor plan in TOML (.toml), as "
+            "`refseq world generate` writes one to go on with"
         )
     if str(name_or_path) not in world_names():
         known = (

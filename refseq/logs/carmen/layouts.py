@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.intake import check_angles
-from refseq.logs.carmen.line import MOST, CarmenLine
+from refseq.limits import SECONDS
+from refseq.logs.carmen.line import CarmenLine
 from refseq.planar import Pose
 from refseq.view import Scan
 
@@ -34,7 +35,6 @@ REAR = LASERS[1]
 """Kinds of the rear laser: its beams are turned by π, and the pose beside them is its own."""
 REACH = "robot_front_laser_max"
 """Parameter with the range of the laser [m], which FLASER has no place for."""
-POSES = ("ODOM", "TRUEPOS")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,17 +81,15 @@ def read_laser(line: CarmenLine, reach: float) -> LaserLine:
 def read_poses(line: CarmenLine) -> tuple[Pose, Pose]:
     """Read ODOM or TRUEPOS: its first pose, and the one behind, TRUEPOS's odometer. Raises ``LogError`` as above."""
     line.expect(10)
-    values = line.floats(1, 7)
-    return _pose(values[:3]), _pose(values[3:])
+    return line.pose(1), line.pose(4)
 
 
 def _flaser(line: CarmenLine, reach: float) -> LaserLine:
     n = line.count(1)
     line.expect(n + 11, n)
-    _check_angles(line, n, -math.pi / 2, flaser_step(n))
-    truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
+    check_angles(n, -math.pi / 2, flaser_step(n), LogError)
     scan = _scan(line.floats(2, n + 2), -math.pi / 2, flaser_step(n), reach)
-    return _timed(line, n + 8, scan, truth=_pose(truth), odometry=_pose(odometry))
+    return _timed(line, n + 8, scan, truth=line.pose(n + 2), odometry=line.pose(n + 5))
 
 
 def _laser_head(line: CarmenLine) -> tuple[Scan, int]:
@@ -100,26 +98,17 @@ def _laser_head(line: CarmenLine) -> tuple[Scan, int]:
     start, _, step, max_range = line.floats(2, 6)
     behind_ranges = 9 + n
     if len(line.fields) <= behind_ranges:
-        raise line.error(f"has {len(line.fields)} fields; valid are at least {behind_ranges + 1} for {n} ranges")
+        raise LogError(f"has {len(line.fields)} fields; valid are at least {behind_ranges + 1} for {n} ranges")
     remissions = line.count(behind_ranges)
-    _check_angles(line, n, float(start), float(step))
+    check_angles(n, float(start), float(step), LogError)
     scan = _scan(line.floats(9, behind_ranges), float(start), float(step), float(max_range))
     return scan, behind_ranges + 1 + remissions
-
-
-def _check_angles(line: CarmenLine, count: int, start: float, step: float) -> None:
-    """Raise ``LogError`` for a line whose beams are at no angles of a scanner."""
-    try:
-        check_angles(count, start, step, LogError)
-    except LogError as error:
-        raise line.error(str(error)) from error
 
 
 def _robotlaser(line: CarmenLine) -> LaserLine:
     scan, at = _laser_head(line)
     line.expect(at + 14, len(scan.ranges))
-    poses = line.floats(at, at + 6)
-    return _timed(line, at + 11, scan, truth=_pose(poses[:3]), odometry=_pose(poses[3:]))
+    return _timed(line, at + 11, scan, truth=line.pose(at), odometry=line.pose(at + 3))
 
 
 def _rawlaser(line: CarmenLine) -> LaserLine:
@@ -130,18 +119,14 @@ def _rawlaser(line: CarmenLine) -> LaserLine:
 
 def _timed(line: CarmenLine, at: int, scan: Scan, *, truth: Pose | None, odometry: Pose | None) -> LaserLine:
     """The line's data; its time is field ``at``, the logger's its last."""
-    time = float(line.floats(at, at + 1)[0])
+    time = float(line.floats(at, at + 1, SECONDS)[0])
     try:
         logged = float(line.fields[-1])
     except ValueError:
         logged = time
-    if not abs(logged) <= MOST:
+    if not abs(logged) <= SECONDS:
         logged = time
     return LaserLine(time, logged, scan, odometry, truth)
-
-
-def _pose(values: NDArray[np.float64]) -> Pose:
-    return Pose(*values.tolist())
 
 
 def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: float) -> Scan:

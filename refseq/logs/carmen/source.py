@@ -6,17 +6,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from refseq.errors import LogError
-from refseq.logs.carmen.layouts import LASERS, POSES, SCANS, LaserLine, reach_told, read_laser, read_poses
+from refseq.logs.carmen.layouts import LASERS, SCANS, LaserLine, reach_told, read_laser, read_poses
 from refseq.logs.carmen.line import CarmenLine, lines_in
 from refseq.logs.carmen.text import CutOffError
 from refseq.logs.closing import CuttableLog
 from refseq.logs.source import Channel, Role, Sample
-from refseq.logs.unreadable import ALL_READABLE
+from refseq.logs.unreadable import Unreadable, UnreadableError, UnreadableTally
 from refseq.planar import Pose, in_world, relative_pose
 from refseq.view import LASER
 
-LASER_TOPIC, ODOMETRY_TOPIC, TRUTH_TOPIC = f"/{LASER}", "/odometry", "/truth"
-TEXT = "text"
+TOPICS = LASER_TOPIC, ODOMETRY_TOPIC, TRUTH_TOPIC = f"/{LASER}", "/odometry", "/truth"
+POSES = {"ODOM": ODOMETRY_TOPIC, "TRUEPOS": TRUTH_TOPIC}
+"""Kinds of lines with poses alone, and the topic that they tell of."""
+TEXT, PARAMETER = "text", "PARAM"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,20 +67,23 @@ class CarmenSource(CuttableLog):
 
     kind = "a CARMEN log"
     has_moments = True
-    unreadable = ALL_READABLE
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._cut = ""
+        self._tally = UnreadableTally()
         self._counts: Counter[str] = Counter()
         told: dict[str, str] = {}
         for line in self._readable():
             self._counts[line.kind] += 1
-            if line.kind == "PARAM":
+            if line.kind == PARAMETER:
                 if len(line.fields) < 3 and not line.ended:
                     break  # cut off
+                self._tally.see(PARAMETER)
                 if len(line.fields) < 3:
-                    raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
+                    why = f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value"
+                    self._tally.lose(_unreadable(line, why))
+                    continue
                 told[line.fields[1]] = line.fields[2]
         self._told = told
         self._kinds = next((kinds for kinds in LASERS if any(self._counts[kind] for kind in kinds)), ())
@@ -118,20 +123,28 @@ class CarmenSource(CuttableLog):
     @property
     def skipped(self) -> Mapping[str, int]:
         """Lines of other kinds."""
-        return {kind: count for kind, count in self._counts.items() if kind not in {*self._kinds, *POSES, "PARAM"}}
+        return {kind: count for kind, count in self._counts.items() if kind not in {*self._kinds, *POSES, PARAMETER}}
+
+    @property
+    def unreadable(self) -> Mapping[str, Unreadable]:
+        """Lines that do not fit their kind, by the topic that they tell of, and of parameters by PARAM."""
+        return self._tally.found
 
     def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
-        """Scans and their poses. Raises ``LogError`` with file and line for a line that does not fit its kind."""
+        """Scans and their poses. Lines that do not fit their kind are left out, and ``unreadable``."""
+        self._tally.begin(TOPICS)
         state = _State()
         moment = 0
         for line in self._readable():
             try:
                 found = self._read_line(line, state)
-            except LogError:
-                if line.ended:
-                    raise
-                self._cut = f"line {line.number} is cut off"
-                return
+            except LogError as error:
+                if not line.ended:
+                    self._cut = f"line {line.number} is cut off"
+                    return
+                self._lose(line, str(error), state)
+                continue
+            self._see(line, found)
             if found is not None:
                 for topic, content in (
                     (LASER_TOPIC, found.scan),
@@ -142,6 +155,23 @@ class CarmenSource(CuttableLog):
                         yield Sample(topic, found.time, found.logged, "", content, moment=moment)
                 moment += 1
 
+    def _see(self, line: CarmenLine, found: LaserLine | None) -> None:
+        """Count a line that was read, for the topics that it tells of."""
+        if found is None and line.kind in POSES:
+            self._tally.see(POSES[line.kind])
+        elif found is not None:
+            self._tally.see(LASER_TOPIC)
+            if found.odometry is not None:
+                self._tally.see(ODOMETRY_TOPIC)
+
+    def _lose(self, line: CarmenLine, why: str, state: _State) -> None:
+        """Leave a line out."""
+        error = _unreadable(line, why)
+        self._tally.see(error.topic)
+        self._tally.lose(error)
+        if line.kind.startswith("RAW"):
+            state.truth_at(state.odometry)  # without an odometer the last true pose was this scan's
+
     def lines_of(self, first: int, last: int) -> LineSpan:
         """Lines of the scans ``first`` to ``last``, counted from 0, of all between, and of the poses that hold then.
 
@@ -150,9 +180,11 @@ class CarmenSource(CuttableLog):
         poses: dict[str, int] = {}
         begin = end = scans = 0
         for line in self._readable():
-            if line.kind in POSES and not begin:
-                poses[line.kind] = line.number
-            if line.kind not in self._kinds:
+            if (line.kind not in self._kinds and line.kind not in POSES) or not self._fits(line):
+                continue
+            if line.kind in POSES:
+                if not begin:
+                    poses[line.kind] = line.number
                 continue
             if scans == first:
                 begin = line.number
@@ -162,6 +194,14 @@ class CarmenSource(CuttableLog):
             if scans > last:
                 break
         return LineSpan(begin, end, frozenset(poses.values()))
+
+    def _fits(self, line: CarmenLine) -> bool:
+        """Tell whether a line is as its kind says."""
+        try:
+            self._read_line(line, _State())
+        except LogError:
+            return False
+        return True
 
     def _read_line(self, line: CarmenLine, state: _State) -> LaserLine | None:
         """Take one line into the state; a line of the laser is returned."""
@@ -177,6 +217,13 @@ class CarmenSource(CuttableLog):
         if self._counts["TRUEPOS"]:
             found = replace(found, truth=state.truth_at(found.odometry))
         return found
+
+
+def _unreadable(line: CarmenLine, why: str) -> UnreadableError:
+    """Make the error of a line that does not fit its kind."""
+    if line.kind == PARAMETER:
+        return UnreadableError(PARAMETER, f"line {line.number}", why)
+    return UnreadableError(POSES.get(line.kind, LASER_TOPIC), f"line {line.number}, {line.kind},", why)
 
 
 def _some(kinds: Sequence[str], most: int = 5) -> str:

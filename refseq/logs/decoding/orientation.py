@@ -1,4 +1,4 @@
-"""Orientation of a JPEG as its camera was held, in its EXIF: a telephone stores turned pictures, and says so there."""
+"""Orientation of a picture as its camera was held, in its EXIF: phones store turned pictures, and say so there."""
 
 import struct
 
@@ -23,11 +23,16 @@ def is_turned(data: bytes) -> bool:
             continue
         part = data[at + 4 : at + 2 + length]
         if marker == MARKER and part.startswith(EXIF):
-            return _orientation(part[len(EXIF) :]) in TURNED
+            return tiff_turns(part[len(EXIF) :])
         if marker == 0xDA:  # pixels follow
             return False
         at += 2 + length
     return False
+
+
+def tiff_turns(tiff: bytes) -> bool:
+    """Tell the same of a TIFF head alone, as WebP files have it."""
+    return _orientation(tiff) in TURNED
 
 
 def _orientation(tiff: bytes) -> int:

@@ -1,4 +1,4 @@
-"""Pictures of a log, decoded to grey only when asked: PNG, JPEG and the usual raw encodings."""
+"""Pictures of a log, decoded to grey only when asked: PNG, JPEG, WebP, BMP and the usual raw encodings."""
 
 import os
 import re
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.limits import JPEG_PASSES, PICTURE_BYTES, PIXELS
 from refseq.logs.decoding.orientation import is_turned
+from refseq.logs.decoding.still import VALID, bmp_size, check_bmp, check_webp, is_bmp, is_webp, webp_size
 from refseq.logs.decoding.unpacking import translating
 
 DEPTH_ENCODINGS = frozenset({"16uc1", "32fc1", "compresseddepth"})
@@ -90,7 +91,7 @@ class CheckedPicture(LazyPicture, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CompressedPicture:
-    """A PNG or JPEG file in memory."""
+    """A PNG, JPEG, WebP or BMP file in memory."""
 
     data: bytes
     encoding: str = ""
@@ -109,8 +110,8 @@ class CompressedPicture:
     def check(self) -> tuple[int, int]:
         """Width and height [pixels], by the head.
 
-        Raises ``LogError`` for what is no PNG or JPEG, declares too much, or is damaged by what its own sums tell. No
-        pixel is decoded. A JPEG has no sums, and of one that is damaged between its head and its end enough is seen.
+        Raises ``LogError`` for what is no such file, declares too much, or is damaged by what its own sums tell. No
+        pixel is decoded. Only PNG has sums, and of a JPEG that is damaged between its head and its end enough is seen.
         """
         PICTURE_BYTES.check(len(self.data), "an image has")
         width, height = declared_size(self.data)
@@ -118,18 +119,22 @@ class CompressedPicture:
         if self.data[:3] == JPEG_MAGIC:
             JPEG_PASSES.check(self.data.count(JPEG_PASS), "an image has")
             if self.data.rfind(JPEG_END) <= self.data.rfind(JPEG_PASS):
-                raise LogError("an image cannot be decoded: it ends too early; valid are PNG and JPEG")
+                raise LogError(f"an image cannot be decoded: it ends too early; valid are {VALID}")
+        elif is_bmp(self.data):
+            check_bmp(self.data)
+        elif is_webp(self.data):
+            check_webp(self.data)
         else:
             check_chunks(self.data)
         return width, height
 
     def decode(self) -> NDArray[np.uint8]:
-        """Grey pixels. Raises ``LogError`` for what is no PNG or JPEG, is damaged, or declares too many pixels."""
+        """Grey pixels. Raises ``LogError`` for what is no such file, is damaged, or declares too many pixels."""
         self.check()
         with translating(lambda reason: LogError(f"an image cannot be decoded: {reason}")):
             image, told = _decoded(self.data)
         if image is None or "libpng error: " in told:  # a damaged JPEG, as cheap cameras send them, is an image
-            raise LogError(f"an image cannot be decoded{_reason(told)}; valid are PNG and JPEG")
+            raise LogError(f"an image cannot be decoded{_reason(told)}; valid are {VALID}")
         return np.asarray(image, np.uint8)
 
 
@@ -186,9 +191,7 @@ class RawPicture:
         """
         layout = RAW_ENCODINGS.get(self.encoding.lower())
         if layout is None:
-            raise LogError(
-                f"encoding {self.encoding!r} is not read; valid are {', '.join(RAW_ENCODINGS)}, PNG and JPEG"
-            )
+            raise LogError(f"encoding {self.encoding!r} is not read; valid are {', '.join(RAW_ENCODINGS)}, {VALID}")
         row = self.width * layout.bytes
         self._check_rows(row)
         step = self.step if self.height > 1 else row
@@ -222,14 +225,18 @@ def check_size(width: int, height: int) -> None:
 
 
 def declared_size(data: bytes) -> tuple[int, int]:
-    """Width and height by the head of a PNG or JPEG file, as it is seen. Raises ``LogError`` for any other."""
+    """Width and height by the head of a picture's file, as it is seen. Raises ``LogError`` for any other."""
     if data[:8] == PNG_MAGIC and len(data) >= 26:
         width, height = struct.unpack(">II", data[16:24])
         return width, height
     if data[:3] == JPEG_MAGIC:
         width, height = _jpeg_size(data)
         return (height, width) if is_turned(data) else (width, height)
-    raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+    if is_bmp(data):
+        return bmp_size(data)
+    if is_webp(data):
+        return webp_size(data)
+    raise LogError(f"an image cannot be decoded; valid are {VALID}")
 
 
 def check_chunks(data: bytes) -> None:
@@ -246,12 +253,12 @@ def check_chunks(data: bytes) -> None:
         end = at + 8 + declared
         if kind.isupper() and zlib.crc32(data[at + 4 : end]) != int.from_bytes(data[end : end + 4], "big"):
             raise LogError(
-                f"an image cannot be decoded: its part {kind.decode('latin-1')!r} is damaged; valid are PNG and JPEG"
+                f"an image cannot be decoded: its part {kind.decode('latin-1')!r} is damaged; valid are {VALID}"
             )
         parts.add(kind)
         at += CHUNK_FRAME + declared
     if not {b"IDAT", b"IEND"} <= parts:
-        raise LogError("an image cannot be decoded: it ends too early; valid are PNG and JPEG")
+        raise LogError(f"an image cannot be decoded: it ends too early; valid are {VALID}")
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
@@ -266,7 +273,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
             return width, height
         else:
             at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
-    raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+    raise LogError(f"an image cannot be decoded; valid are {VALID}")
 
 
 LIBRARIES = re.compile(

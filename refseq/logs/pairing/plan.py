@@ -154,7 +154,7 @@ def _unreadable(source: LogSource, choice: Choice) -> str:
     if not choice.sensors:
         missing |= {Role.CAMERA, Role.LASER}
     told = (
-        found.told for topic, found in sorted(source.unreadable.items()) if found.is_all and roles[topic] in missing
+        found.told for topic, found in sorted(source.unreadable.items()) if found.is_all and roles.get(topic) in missing
     )
     return next(told, "")
 

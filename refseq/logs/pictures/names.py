@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from refseq.logs.epoch import epoch_unit
 
-PICTURES = (".png", ".jpg", ".jpeg")
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".webp")
 """Endings of the pictures that are read."""
 
 LATEST = 4_102_444_800.0

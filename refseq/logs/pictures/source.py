@@ -38,7 +38,7 @@ def holds_pictures(path: Path) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class FilePicture:
-    """A PNG or JPEG file that is read when it is asked for; ``width`` [pixels] is that of the result, 0: as it is."""
+    """A picture's file that is read when it is asked for; ``width`` [pixels] is that of the result, 0: as it is."""
 
     path: Path
     width: int = WIDTH

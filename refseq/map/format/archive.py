@@ -152,7 +152,7 @@ def _check_directory(file: IO[bytes]) -> None:
     file.seek(max(0, file.seek(0, os.SEEK_END) - DIRECTORY_END))
     end = file.read()
     if len(end) < DIRECTORY_END or not end.startswith(b"PK\5\6"):
-        raise zipfile.BadZipFile("File is not a zip file")
+        raise zipfile.BadZipFile("it does not end as a map does" if end else "it is empty")
     if int.from_bytes(end[12:16], "little") > MAP_DIRECTORY_BYTES:
         raise zipfile.BadZipFile(f"its list of files is longer than {MAP_DIRECTORY_BYTES} bytes")
 

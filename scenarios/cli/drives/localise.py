@@ -28,7 +28,7 @@ from refseq_bench.scenarios.drives.inputs import (
     words,
 )
 from refseq_bench.scenarios.drives.left_out import check_all_views
-from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError, about
 from refseq_bench.scenarios.tables import plural, say
 
 if TYPE_CHECKING:
@@ -69,11 +69,15 @@ def localise(
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """Localise a recorded drive in a map, view by view."""
+    from refseq.map.matcher import check_among
+
     check_output(output, of=[map_file, query, *selection.chosen().files])
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = load_map(map_file)
     if trajectory is not None:
         _check_trajectories(map_, map_file, output, trajectory)
+    with about(map_file):
+        check_among(chosen or (), map_.sensors)
     drive = read_drive(query, selection.with_noise(seed + 1), chosen)
     name = f"{map_file.name} ← {query.name}"
     truth = None if ground_truth is None else _ground_truth(ground_truth, (map_, map_file), (drive, query), selection)
@@ -84,7 +88,8 @@ def localise(
 
     from refseq_bench.scenarios.drives.evaluate import compare
 
-    comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
+    with about(query, name):
+        comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
     if output is not None and trajectory is not None:
         _write_trajectories(comparison, map_, output, trajectory, quiet=as_json)
     conclude(comparison, map_, output, at_least, as_json=as_json, truth=truth)

@@ -51,7 +51,7 @@ class Section:
     """The contents of a section; ``drawn`` says which of several runs the plots show, ``unscored`` why no score.
 
     ``faults`` tells of sensors that were declared ill, if there were any,
-    ``odometer`` of a scale that was not believed.
+    ``odometer`` of a scale that was not believed. ``placeless`` says that nothing is at hand of what the places show.
     """
 
     name: str
@@ -71,6 +71,7 @@ class Section:
     plots: Drawings
     failures: tuple[FailureFrames, ...]
     places: tuple[PlaceFrames, ...]
+    placeless: bool
     cost: PageTable | None
     has_costs: bool
     atlas: AtlasPart | None
@@ -115,10 +116,16 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
         plots=drawings(selected, number, found, judged, (wide, narrow), settings.outline),
         failures=failed,
         places=places,
+        placeless=settings.frames is None and _lacks_views(drawn),
         cost=cost_table(runs, methods, settings.costs),
         has_costs=bool(settings.costs),
         atlas=atlas_part(drawn, every, shown, judged, wide, settings.outline),
     )
+
+
+def _lacks_views(run: Comparison) -> bool:
+    """Tell whether a map of one path comes without what its places show: that of several has no such recording."""
+    return len(run.stretches) == 1 and not any(view.sensors for view in run.reference_views)
 
 
 def _last(methods: Sequence[str]) -> str:

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from refseq.errors import LogError
 from refseq.logs import Role, open_log, plan_views, read_recording, write_carmen
 from refseq.logs.carmen.layouts import NO_RETURN
+from refseq.logs.carmen.source import CarmenSource, LineSpan
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
 from refseq.view import Scan, View, facing
@@ -115,16 +116,57 @@ def test_params_are_metadata_and_other_kinds_are_counted(tmp_path: Path) -> None
         ),
         ("ROBOTLASER1 0 -1.5 3.0", "ROBOTLASER1: field 8 is nothing; valid is the number of ranges"),
         (RAWLASER[:-4], "RAWLASER1: has 17 fields; valid are 18 for 3 ranges"),
+        (FLASER.replace("7.5", "1e10"), "FLASER: field 11 is 1e10; valid are finite numbers up to 8.58993e+09"),
+        (FLASER.replace(" 10 ", " 2e9 "), "FLASER: field 5 is 2e9; valid are finite numbers up to 1e+09"),
         ("ODOM 1 2 3", "ODOM: has 4 fields; valid are 10"),
         ("TRUEPOS 1 2 3", "TRUEPOS: has 4 fields; valid are 10"),
         ("PARAM x", "PARAM: has 2 fields; valid are at least 3: PARAM, a name and a value"),
     ],
 )
-def test_a_wrong_line_is_named(tmp_path: Path, line: str, message: str) -> None:
-    path = log(tmp_path, "# head", FLASER, line)
+def test_a_wrong_line_among_others_is_left_out_and_named(tmp_path: Path, line: str, message: str) -> None:
+    path = log(tmp_path, "# head", FLASER, line, FLASER.replace("7.5", "8.5"), "PARAM robot mine 1 h 1")
+    source = open_log(path)
+    for _ in range(2):
+        plan = plan_views(source)
+        assert [view.time for view in plan.read()] == [7.5, 8.5]
+        assert source.complete
+        assert source.metadata == {"robot": "mine"}
+        (told,) = plan.findings.losses()
+        kind, reason = message.split(": ", 1)
+        topic = {"ODOM": "/odometry", "TRUEPOS": "/truth", "PARAM": "PARAM"}.get(kind, "/laser")
+        place = "line 3" if kind == "PARAM" else f"line 3, {kind},"
+        left = "is not readable, the only one" if kind == "TRUEPOS" else "is not readable and left out"
+        assert told == f"topic {topic}: {place} {left}: {reason}"
+
+
+def test_a_log_of_which_no_scan_can_be_read_is_refused(tmp_path: Path) -> None:
+    path = log(tmp_path, "# head", *[FLASER.replace("1.5", "x")] * 3)
     with pytest.raises(LogError) as caught:
         read_recording(path)
-    assert str(caught.value) == f"{path}: line 3: {message}"
+    why = "is not readable, nor are the other 2: field 2 is x; valid are numbers in fields 2 to 4"
+    assert str(caught.value) == f"{path}: topic /laser: line 2, FLASER, {why}"
+
+
+def test_raw_scans_of_which_no_pose_can_be_read_are_refused(tmp_path: Path) -> None:
+    """Else the robot would stand."""
+    path = log(tmp_path, "ODOM 1 x 0 0 0 0 7 h 7", RAWLASER, "ODOM 1 x 0 0 0 0 8 h 8", RAWLASER)
+    with pytest.raises(LogError, match=r"topic /odometry: line 1, ODOM, is not readable, nor are the other 1: field 2"):
+        read_recording(path)
+
+
+def test_the_true_pose_of_a_scan_that_is_left_out_is_not_that_of_the_next(tmp_path: Path) -> None:
+    poses = [f"TRUEPOS {x} 0 0 0 0 0 7 h 7" for x in (5, 6)]
+    path = log(tmp_path, poses[0], RAWLASER.replace("60 3", "60 x"), RAWLASER, poses[1], RAWLASER)
+    assert [view.truth for view in read_recording(path).views] == [None, Pose(6, 0, 0)]
+
+
+def test_lines_of_a_stretch_are_of_scans_that_can_be_read(tmp_path: Path) -> None:
+    odometry = ["ODOM 1 2 0 0 0 0 7 h 7", "ODOM 1 x 0 0 0 0 7 h 7"]
+    path = log(tmp_path, odometry[0], RAWLASER.replace("60", "x"), RAWLASER, RAWLASER, odometry[1], RAWLASER)
+    source = open_log(path)
+    assert isinstance(source, CarmenSource)
+    assert source.lines_of(0, 0) == LineSpan(3, 3, frozenset({1}))
+    assert source.lines_of(2, 2) == LineSpan(6, 6, frozenset({1}))
 
 
 def test_a_log_without_scans(tmp_path: Path) -> None:

@@ -423,3 +423,44 @@ def test_a_page_that_cannot_be_drawn_is_an_error_of_its_case_only(tmp_path: Path
     assert verdicts(results) == notes.verdicts == {"absent": "error", "drawn": "error", "fine": "passed"}
     assert concluded == (results if tries == 1 else results[2:])
     assert results[1].reasons == ("its page: ValueError: no sample points",)
+
+
+def test_who_leaves_waits_for_the_page_that_is_written_and_begins_no_other(tmp_path: Path) -> None:
+    begun, ended = list[str](), list[str]()
+
+    def conclude(result: Judged) -> None:
+        begun.append(result.case.name)
+        time.sleep(0.3)
+        ended.append(result.case.name)
+
+    class Impatient(Watcher):
+        def tick(self) -> None:
+            if begun:
+                raise KeyboardInterrupt
+
+    store = Store(tmp_path)
+    cases = [case_of(name, Chore(name)) for name in "ab"]
+    with pytest.raises(KeyboardInterrupt):
+        list(run_campaign(cases, Threads(1, store), store, Impatient(), conclude=conclude))
+    assert begun == ended == ["a"]
+
+
+def test_who_leaves_while_a_case_is_judged_has_no_page_of_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    judging, concluded = threading.Event(), list[Judged]()
+
+    def slow(*words: object) -> Judged:
+        judging.set()
+        time.sleep(0.3)
+        return judged_by_outcomes(*words)
+
+    class Impatient(Watcher):
+        def tick(self) -> None:
+            if judging.is_set():
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(campaign, "judged", slow)
+    store = Store(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        list(run_campaign([case_of("a", Chore("a"))], Threads(1, store), store, Impatient(), conclude=concluded.append))
+    time.sleep(0.5)  # it would be concluded by then
+    assert concluded == []

@@ -62,6 +62,7 @@ def spoil(home: Path) -> None:
     (home / "cut.mcap").write_bytes(recording[:20000])
     (home / "empty.mcap").write_bytes(b"")
     (home / "noise.mcap").write_bytes(bytes(range(256)) * 20)
+    (home / "stand.log").write_text("FLASER 3 1.0 2.0 3.0 0 0 0 0 0 0 1 h 1\n" * 2)
     (home / "short.log").write_text("# a comment\nPARAM robot_name x 0 host 0\nFLASER 3 1.0 2.0\n")
     (home / "prose.log").write_text("hello world\n")
     (home / "folder").mkdir()
@@ -111,7 +112,7 @@ BAD_INPUT = [
     (f"{RECORD} --sensors sonar", "sensor 'sonar' is not on robot 'robuter'; valid are camera-1, camera-2, laser"),
     (f"{RECORD} --sensors camera-1", "renderer 'none' takes no images; valid is to record the laser as well"),
     (f"{RECORD} --sensors laser,,", "sensors 'laser,,': a name is empty; valid are names with commas between"),
-    ("learn run.mcap -o new.refseq --sensors sonar", "sensor 'sonar' is not in the drive; valid are laser"),
+    ("learn run.mcap -o new.refseq --sensors sonar", "run.mcap: sensor 'sonar' is not in the drive; valid are laser"),
     (
         "learn run.mcap -o new.refseq --features magic",
         "feature 'magic' is unknown; valid are sift, neural, dense, walls, doors",
@@ -119,7 +120,7 @@ BAD_INPUT = [
     ("learn run.mcap -o new.refseq --features ,", "features ',': a name is empty; valid are names with commas"),
     ("learn run.mcap -o new.refseq --features sift", "features sift do not fit sensors laser; valid are walls"),
     ("localise map.refseq run.mcap --stage magic", "stage 'magic' is unknown; valid are uniform, prior, chain"),
-    ("localise map.refseq run.mcap --sensors sonar", "sensor 'sonar' is not in the map; valid are laser"),
+    ("localise map.refseq run.mcap --sensors sonar", "map.refseq: sensor 'sonar' is not in the map; valid are laser"),
     ("learn run.mcap -o new.refseq --profile magic", "profile 'magic' is unknown; valid are thesis, counting, best"),
     ("demo -o new --profile magic", "profile 'magic' is unknown; valid are thesis, counting, best"),
     ("compare run.mcap", "run.mcap: comes without a query; valid are pairs of a reference"),
@@ -192,7 +193,11 @@ BAD_INPUT = [
     ("learn cut-early.mcap -o new.refseq", "cut-early.mcap: is cut off or damaged before its first view"),
     ("learn empty.mcap -o new.refseq", "empty.mcap: is empty; valid are a ROS bag, an MCAP recording"),
     ("learn noise.mcap -o new.refseq", "noise.mcap: is neither MCAP (its magic bytes are missing) nor text; valid"),
-    ("learn short.log -o new.refseq", "short.log: line 3: FLASER: has 4 fields; valid are 14 for 3 ranges"),
+    ("learn short.log -o new.refseq", "short.log: topic /laser: line 3, FLASER, is not readable, the only one: has"),
+    (
+        "learn stand.log -o new.refseq",
+        "stand.log: a map would have 2 places over 0.0 m: the odometry never moves; valid",
+    ),
     (
         "learn prose.log -o new.refseq",
         "prose.log: is text, so a CARMEN log, and holds no scan (kinds of lines seen: hello); valid are FLASER",
@@ -222,7 +227,21 @@ BAD_INPUT = [
     ("report map.refseq run.mcap magic.parquet -o new.html", "magic.parquet: column 'method' holds int64; valid is"),
     ("report map.refseq run.mcap none.parquet -o new.html", "none.parquet: holds no belief; valid is one a view of"),
     ("map matrix missing.refseq", "missing.refseq: cannot be read: No such file or directory"),
-    ("map matrix run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
+    *(
+        (line, "run.mcap: is a log (a Foxglove MCAP file), no map; valid is a map (.refseq): make it by `refseq learn`")
+        for line in (
+            "map matrix run.mcap",
+            "map similarity map.refseq run.mcap",
+            "map merge map.refseq run.mcap -o new.refseq",
+            "map compact run.mcap -o new.refseq",
+            "map plan run.mcap",
+            "map route run.mcap a:0 a:1",
+            "map channel run.mcap run.mcap",
+            "map paths run.mcap run.mcap",
+        )
+    ),
+    ("map add map.refseq run.mcap -o new.refseq", "map.refseq: its matching is "),
+    ("map matrix empty.mcap", "empty.mcap: is not a .refseq map, or is damaged"),
     (
         "map matrix version-9.refseq",
         "version-9.refseq: is of map format version 9; valid is 4: a newer",

@@ -200,7 +200,11 @@ BAD = {
         FLOOR,
         "no scale and turn of the floor plan fits the 3 points, this one least; ",
     ),
-    "text": (marks(0, 9, 19), ["--floor", "text.png"], "text.png: an image cannot be decoded; valid are PNG and JPEG"),
+    "text": (
+        marks(0, 9, 19),
+        ["--floor", "text.png"],
+        "text.png: an image cannot be decoded; valid are PNG, JPEG, WebP and BMP",
+    ),
     "nothing": (marks(0, 9, 19), ["--floor", "none.png"], "none.png: cannot be read: No such file or directory"),
     "blank": (marks(0, 9, 19), ["--floor", "blank.png"], "blank.png: shows nothing; valid is a picture with lines, "),
     "depth": (marks(0, 9, 19), ["--floor", "deep.png"], "deep.png: is of 16 bits, as distances are; valid are "),

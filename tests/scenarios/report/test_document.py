@@ -454,3 +454,19 @@ def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path,
     assert len(in_plots) == 6
     assert {"method-7", "method-11"} <= in_plots  # the one that is right most often, and the one that is judged
     assert "The plots show 6 of\n12 methods" in text
+
+
+@pytest.mark.parametrize(("pictured", "drives"), [(True, None), (False, None), (False, Drives(("a", "b"), (20, 10)))])
+def test_a_page_without_what_the_places_show_tells_where_that_is(
+    tmp_path: Path, pictured: bool, drives: Drives | None
+) -> None:
+    """A map of several drives has no recording of its places."""
+    run = replace(corridor_comparison(count=COUNT, size=48), drives=drives)
+    if not pictured:
+        blank = [replace(view, images={}, scan=None) for view in run.reference_views]
+        run = replace(run, reference_views=blank)
+    write_report(tmp_path / "r.html", [run], title="One", outline=None)
+    page = (tmp_path / "r.html").read_text()
+    assert "no picture" in page or pictured
+    asked = not pictured and drives is None
+    assert page.count("by <code>--reference</code>, the drive that it was learnt from") == 2 * asked

@@ -37,6 +37,13 @@ def test_unknown_world() -> None:
     assert str(caught.value) == f"unknown world 'halway'; known are {known}"
 
 
+@pytest.mark.parametrize("name", ["flat.xml", "plans/flat.URDF", "flat.obj"])
+def test_a_model_of_another_program_is_told_as_one(name: str) -> None:
+    ending = Path(name).suffix.replace(".", "[.]")
+    with pytest.raises(PlanError, match=rf"^{name}: is a model \({ending}\), which is not read; valid is a floor plan"):
+        load_plan(name)
+
+
 def test_missing_file(tmp_path: Path) -> None:
     with pytest.raises(PlanError, match=r"nowhere\.toml: cannot be read: No such file or directory$"):
         load_plan(tmp_path / "nowhere.toml")

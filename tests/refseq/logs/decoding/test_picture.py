@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.decoding.picture import JPEG_MAGIC, RAW_ENCODINGS, CompressedPicture, RawPicture, damage
+from refseq.logs.decoding.picture import PNG_MAGIC, RAW_ENCODINGS, CompressedPicture, RawPicture, damage
 
 GREY = cv2.GaussianBlur(np.random.default_rng(4).integers(0, 256, (24, 32), np.uint8), (0, 0), 3)
 
@@ -109,7 +109,7 @@ def jpeg_of(width: int, height: int) -> bytes:
 @pytest.mark.parametrize(
     ("picture", "message"),
     [
-        (CompressedPicture(b"GIF89a" + bytes(40)), "an image cannot be decoded; valid are PNG and JPEG"),
+        (CompressedPicture(b"GIF89a" + bytes(40)), "an image cannot be decoded; valid are PNG, JPEG, WebP and BMP"),
         (
             CompressedPicture(b"\x89PNG\r\n\x1a\n" + bytes(40)),
             "an image declares 0 × 0 pixels; valid are 1 to",
@@ -120,7 +120,7 @@ def jpeg_of(width: int, height: int) -> bytes:
             CompressedPicture(png_with_a_part_of(1 << 31)),
             "an image cannot be decoded: a part of it declares 2147483648",
         ),
-        (CompressedPicture(b"\xff\xd8\xff\xe0"), "an image cannot be decoded; valid are PNG and JPEG"),
+        (CompressedPicture(b"\xff\xd8\xff\xe0"), "an image cannot be decoded; valid are PNG, JPEG, WebP and BMP"),
         (RawPicture(bytes(9), "nv21", 3, 3, 3), "encoding 'nv21' is not read; valid are mono8, 8uc1, mono16, rgb8"),
         (RawPicture(bytes(9), "rgb8", 3, 3, 9), "an image of 3 × 3 rgb8 has 9 bytes and rows of 9; valid are at least"),
         (RawPicture(bytes(99), "rgb8", 3, 3, 8), "an image of 3 × 3 rgb8 has 99 bytes and rows of 8; valid are at l"),
@@ -136,7 +136,7 @@ def test_pictures_that_are_none(picture: CompressedPicture | RawPicture, message
     assert damage(picture) == ("" if "is not read" in message else str(caught.value)), "told without decoding as well"
 
 
-@pytest.fixture(scope="module", params=[".png", ".jpg"])
+@pytest.fixture(scope="module", params=[".png", ".jpg", ".bmp", ".webp"])
 def picture_file(request: pytest.FixtureRequest) -> bytes:
     pixels = np.random.default_rng(3).integers(0, 256, (120, 160), np.uint8)
     return cv2.imencode(request.param, pixels)[1].tobytes()
@@ -152,7 +152,7 @@ def test_a_picture_that_ends_too_early_is_damaged_wherever_it_ends(picture_file:
 
 
 def test_whichever_byte_is_changed_a_png_is_found_damaged_or_decoded(picture_file: bytes) -> None:
-    """A JPEG has no sums: one whose tables were hit may be refused when it is decoded, and by nothing but that."""
+    """The others have no sums: one whose tables were hit may be refused when it is decoded, and by nothing but that."""
     found = 0
     for at in [*range(len(picture_file) % 7, 120), *range(120, len(picture_file), 499)]:
         data = bytearray(picture_file)
@@ -164,7 +164,7 @@ def test_whichever_byte_is_changed_a_png_is_found_damaged_or_decoded(picture_fil
         try:
             assert picture.decode().ndim == 2
         except LogError:
-            assert picture_file[:3] == JPEG_MAGIC
+            assert picture_file[:8] != PNG_MAGIC
     assert found > 5
 
 

@@ -103,7 +103,7 @@ def test_a_picture_that_its_head_turns_is_refused_among_others() -> None:
 
 def test_a_picture_with_a_damaged_head_is_named_with_its_topic() -> None:
     store = PictureStore(Path("a.mcap"))
-    with pytest.raises(LogError, match=r"a\.mcap: topic /cam: an image cannot be decoded; valid are PNG and JPEG"):
+    with pytest.raises(LogError, match=r"a\.mcap: topic /cam: an image cannot be decoded; valid are PNG, JPEG"):
         store.taken("/cam", CompressedPicture(b"no picture"))
 
 

@@ -296,7 +296,7 @@ def test_a_camera_whose_pictures_are_broken_is_told_and_others_are_used() -> Non
     for one in drive(9, 3.0):
         broken = replace(one, content=CompressedPicture(b"no picture", "png")) if "cam1" in one.topic else one
         views += stream.take(broken)
-    assert stream.damaged == {"/cam1/image_raw": "an image cannot be decoded; valid are PNG and JPEG"}
+    assert stream.damaged == {"/cam1/image_raw": "an image cannot be decoded; valid are PNG, JPEG, WebP and BMP"}
     assert {camera for view in views for camera in view.images} == {"cam0"}
     assert len(views) > 20
 

@@ -82,6 +82,13 @@ def test_a_few_pictures_of_other_names_are_told_and_left_out(tmp_path: Path) -> 
         read_recording(folder, odometry=read_trajectory(tmp_path / "odometry.csv"))
 
 
+@pytest.mark.parametrize("ending", [".bmp", ".WEBP", ".jpeg"])
+def test_pictures_of_other_formats_are_read_as_png_are(tmp_path: Path, ending: str) -> None:
+    recording = read_recording(write(tmp_path / "drive", *(f"{k}{ending}" for k in range(3))))
+    assert [round(float(view.images["camera-1"].mean())) for view in recording.views] == [10, 20, 30]
+    assert recording.metadata["images"] == "8 × 6 pixels, made 640 wide"
+
+
 def test_colour_is_made_grey_and_links_are_followed(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     colour = np.zeros((6, 640, 3), np.uint8)
@@ -168,8 +175,8 @@ def broken(folder: Path, how: str) -> None:
 
 
 DAMAGE = [
-    ("no picture", r"c\.png: an image cannot be decoded; valid are PNG and JPEG"),
-    ("empty", r"c\.png: an image cannot be decoded; valid are PNG and JPEG"),
+    ("no picture", r"c\.png: an image cannot be decoded; valid are PNG, JPEG, WebP and BMP"),
+    ("empty", r"c\.png: an image cannot be decoded; valid are PNG, JPEG, WebP and BMP"),
     ("cut", r"c\.png: an image cannot be decoded: a part of it declares \d+ bytes, and \d+ are left"),
     ("16 bits", r"c\.png: is of 16 bits, as distances are; valid are pictures of 8 bits"),
     ("huge", r"c\.png: an image declares 100000 × 100000 pixels; valid are 1 to"),
@@ -238,15 +245,15 @@ def test_folders_that_are_none(tmp_path: Path) -> None:
         open_log(tmp_path)
     photos = tmp_path / "photos"
     photos.mkdir()
-    with pytest.raises(LogError, match=r"it holds nothing; pictures end in \.png, \.jpg, \.jpeg$"):
+    with pytest.raises(LogError, match=r"it holds nothing; pictures end in \.png, \.jpg, \.jpeg, \.bmp, \.webp$"):
         open_log(photos)
-    for name in ("1.BMP", "2.bmp", "3.webp", "README"):
+    for name in ("1.GIF", "2.gif", "3.avif", "README"):
         (photos / name).write_bytes(b"BM")
-    with pytest.raises(LogError, match=r"it holds 2 \.bmp and 1 \.webp and 1 README; pictures end in \.png"):
+    with pytest.raises(LogError, match=r"it holds 2 \.gif and 1 \.avif and 1 README; pictures end in \.png"):
         open_log(photos)
     write(photos / "day 1", "a.png")
     (photos / "night").mkdir()
-    held = r"it holds 2 \.bmp and .* and the folders day 1, night, and day 1 is a folder of pictures; pictures end in"
+    held = r"it holds 2 \.gif and .* and the folders day 1, night, and day 1 is a folder of pictures; pictures end in"
     with pytest.raises(LogError, match=held):
         open_log(photos)
     locked = tmp_path / "locked"

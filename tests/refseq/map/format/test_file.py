@@ -147,7 +147,7 @@ def test_files_that_are_no_map(tmp_path: Path) -> None:
     path = tmp_path / "map.refseq"
     assert error_of(path) == f"{path}: cannot be read: No such file or directory"
     path.write_text("hello")
-    assert error_of(path) == f"{path}: is not a .refseq map, or is damaged: File is not a zip file"
+    assert error_of(path) == f"{path}: is not a .refseq map, or is damaged: it does not end as a map does"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("a", "b")
     assert error_of(path) == f"{path}: is not a .refseq map: map.json is missing or no JSON"
@@ -202,7 +202,7 @@ def test_numbers_that_no_parameter_can_be(saved: Path, constant: str) -> None:
 def test_truncated(saved: Path, share: float) -> None:
     content = saved.read_bytes()
     saved.write_bytes(content[: int(share * len(content))])
-    assert error_of(saved) == f"{saved}: is not a .refseq map, or is damaged: File is not a zip file"
+    assert error_of(saved) == f"{saved}: is not a .refseq map, or is damaged: it does not end as a map does"
 
 
 def loaded_or_reason(path: Path) -> tuple[Map | None, str]:

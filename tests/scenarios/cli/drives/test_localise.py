@@ -156,7 +156,7 @@ def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, h
     [
         (
             "localise atlas.refseq query.mcap --sensors sonar",
-            "sensor 'sonar' is not in the map; valid are forward, laser",
+            "atlas.refseq: sensor 'sonar' is not in the map; valid are forward, laser",
         ),
         (
             "localise atlas.refseq blind.mcap --sensors forward",
@@ -166,7 +166,7 @@ def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, h
         ("localise query.mcap query.mcap", "query.mcap: is a log (a Foxglove MCAP file), no map; valid is a map"),
         ("localise cut.refseq query.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
         ("localise spoilt.refseq query.mcap", "spoilt.refseq"),
-        ("map matrix atlas.refseq", "the map holds 2 paths, west, east; valid is a map of one"),
+        ("map matrix atlas.refseq", "atlas.refseq: the map holds 2 paths, west, east; valid is a map of one"),
         (
             "report atlas.refseq query.mcap right.parquet --reference query.mcap -o x.html",
             "query.mcap: has the pictures of one drive, atlas.refseq is a map of several; valid is no reference",
