@@ -278,9 +278,9 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
 
 LIBRARIES = re.compile(
     rb"libpng|libjpeg|.*JPEG|Corrupt|Premature|Invalid|Inconsistent|Unknown Adobe|Unsupported|Warning|"
-    rb"\[ *(WARN|ERROR|INFO)"
+    rb"\[ *(WARN|ERROR|INFO)|\s*$"
 )
-"""Lines that libpng, libjpeg and OpenCV print begin so."""
+"""Lines that libpng, libjpeg and OpenCV print begin so, or are empty."""
 
 _decoding = threading.Lock()
 

@@ -14,6 +14,8 @@ BMP_MAGIC = b"BM"
 BMP_HEADS = range(40, 125)
 """Lengths of the heads that are read [bytes]: Windows', since 1990."""
 BMP_BITS = (1, 4, 8, 16, 24, 32)
+BMP_MOST_LISTED = 8
+"""Bits a pixel up to which a BMP lists its colours."""
 BMP_PLAIN = (0, 3)
 """Ways of storing rows that take what their width says: as they are, and with masks of their colours."""
 WEBP_HEAD = 12
@@ -43,6 +45,9 @@ def bmp_size(data: bytes) -> tuple[int, int]:
     if len(data) < 54:
         raise _refused("it ends too early")
     head, width, height, _, bits, packing = struct.unpack_from("<IiiHHI", data, 14)
+    (colours,) = struct.unpack_from("<I", data, 46)
+    if bits <= BMP_MOST_LISTED and colours > 1 << bits:
+        raise _refused(f"it is a BMP of {bits} bits a pixel with a list of {colours} colours")
     if head not in BMP_HEADS or bits not in BMP_BITS or packing not in BMP_PLAIN:
         raise _refused(f"it is a BMP of {bits} bits a pixel, packed by method {packing}, with a head of {head} bytes")
     return width, abs(height)

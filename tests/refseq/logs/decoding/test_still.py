@@ -14,6 +14,7 @@ from refseq.logs.decoding.still import VALID
 
 COLOUR = np.random.default_rng(2).integers(0, 255, (24, 41, 3), np.uint8)
 BMP = cv2.imencode(".bmp", COLOUR)[1].tobytes()
+GREY_BMP = cv2.imencode(".bmp", COLOUR[:, :, 0])[1].tobytes()
 LOSSY = cv2.imencode(".webp", COLOUR, [cv2.IMWRITE_WEBP_QUALITY, 80])[1].tobytes()
 LOSSLESS = cv2.imencode(".webp", COLOUR, [cv2.IMWRITE_WEBP_QUALITY, 101])[1].tobytes()
 
@@ -75,6 +76,10 @@ REFUSED = {
     "BMP packed": (changed(BMP, 30, b"\1"), "it is a BMP of 24 bits a pixel, packed by method 1, with a head of 40"),
     "BMP of OS/2": (changed(BMP, 14, b"\x0c"), "it is a BMP of 24 bits a pixel, packed by method 0, with a head of 12"),
     "BMP of no bits": (changed(BMP, 28, b"\0"), "it is a BMP of 0 bits a pixel"),
+    "BMP of too many colours": (
+        changed(GREY_BMP, 46, struct.pack("<I", 257)),
+        "it is a BMP of 8 bits a pixel with a list of 257 colours",
+    ),
     "BMP's head alone": (BMP[:50], "it ends too early"),
     "WebP that was cut": (LOSSY[:-1], f"it ends too early: it has {len(LOSSY) - 1} bytes, and says {len(LOSSY)}"),
     "WebP that moves": (extended(LOSSY, 41, 24, flags=2), "it is a WebP that moves, or its head is damaged"),
