@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from refseq.inference.matching.columns import Rows, selected
 from refseq.inference.matching.neighbours import REACH, Neighbours
@@ -28,6 +29,8 @@ LEAST = 0.01
 """Places that share less than this of a place's features are not worth keeping."""
 PIECE = 1_000_000
 """Entries of the rows that are looked at in one go."""
+FEW = 4000
+"""Entries of the rows from which a sparse matrix of them pays; by measurement."""
 SIDE = 4
 """Bits of a byte for how far an entry reaches ahead; the others are for how far behind."""
 
@@ -66,14 +69,23 @@ class Detection:
         gain = np.log1p(rate * (1 - false_alarm_rate) / false_alarm_rate) - np.log1p(-rate)  # (L, n, rates)
         rows, reaching = self._rows.select(ids), selected(self._rows.pointers, self._reach, ids)
         by_rate = self._all_missed.copy() if places is None else self._all_missed[places]
-        each = np.arange(len(RATES))
-        for level, row, beside in _spread_to(rows, reaching, self._L, places):
-            if len(beside):
-                # A sparse product adds up in the same order, but to make its matrix takes longer than to add.
-                gained = np.take(gain[level], row, axis=0)
-                at = beside[:, None] * np.intp(len(RATES)) + each
-                by_rate += np.bincount(at.ravel(), gained.ravel(), by_rate.size).reshape(by_rate.shape)
+        for level, beside in _spread_to(rows, reaching, self._L, places):
+            if len(beside.places):
+                by_rate += _summed(beside, gain[level])
         return _log_mean(by_rate)
+
+
+def _summed(rows: Rows, gain: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sums over the rows at each place of what a row brings, (n, rates) to (K, rates), row after row."""
+    if len(rows.places) < FEW:
+        # To make a sparse matrix would take longer than to add; both add up in the same order.
+        rates = gain.shape[1]
+        at = rows.places[:, None] * np.intp(rates) + np.arange(rates)
+        brought = np.take(gain, rows.numbers(), axis=0)
+        return np.asarray(np.bincount(at.ravel(), brought.ravel(), rows.K * rates).reshape(rows.K, rates), np.float64)
+    # Of pointers of 32 bits, as the places are, SciPy need not look at each entry.
+    packed = np.ones(len(rows.places)), rows.places, rows.pointers.astype(np.int32)
+    return np.asarray(csc_array(packed, shape=(rows.K, rows.n)) @ gain)
 
 
 def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -171,41 +183,33 @@ def spread(rows: Rows, reaching: NDArray[np.uint8], levels: int) -> Iterator[tup
 
     ``reaching`` (nnz,) is the ``reach`` of the rows. There are several such pieces a level.
     """
-    for level, entries, places in _beside(rows.places, reaching, levels):
-        yield level, Rows(np.searchsorted(entries, rows.pointers), places, rows.K)
-
-
-def _spread_to(
-    rows: Rows, reaching: NDArray[np.uint8], levels: int, places: NDArray[np.intp] | None
-) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.int32]]]:
-    """Do as ``spread`` does, of all ``places`` or of some, which take the numbers from 0 on: level, rows and places."""
-    row = rows.numbers()
-    if places is None:
-        for level, entries, beside in _beside(rows.places, reaching, levels):
-            yield level, row[entries], beside
-        return
-    near = np.zeros(rows.K, np.bool_)
-    for away in range(1 - levels, levels):
-        near[np.clip(places + away, 0, rows.K - 1)] = True
-    chosen = np.flatnonzero(near[rows.places])
-    row = row[chosen]
-    number = np.full(rows.K, -1, np.int32)
-    number[places] = np.arange(len(places))
-    for level, entries, beside in _beside(rows.places[chosen], reaching[chosen], levels):
-        at = number[beside]
-        reached = np.flatnonzero(at >= 0)
-        yield level, row[entries[reached]], at[reached]
-
-
-def _beside(
-    places: NDArray[np.int32], reaching: NDArray[np.uint8], levels: int
-) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.int32]]]:
-    """Levels with the entries that reach so far, ahead and then behind, and the places that they reach."""
-    yield 0, np.arange(len(places)), places
+    yield 0, rows
     if levels < 2:
         return
     ahead, behind = reaching & (1 << SIDE) - 1, reaching >> SIDE
     for level in range(1, levels):
-        for reached, by in ((ahead, level), (behind, -level)):
-            entries = np.flatnonzero(reached >= level)
-            yield level, entries, places[entries] + np.int32(by)
+        yield level, _moved(rows, np.flatnonzero(ahead >= level), level)
+        yield level, _moved(rows, np.flatnonzero(behind >= level), -level)
+
+
+def _spread_to(
+    rows: Rows, reaching: NDArray[np.uint8], levels: int, places: NDArray[np.intp] | None
+) -> Iterator[tuple[int, Rows]]:
+    """Do as ``spread`` does, but of some ``places`` alone, which take the numbers from 0 on."""
+    if places is None:
+        yield from spread(rows, reaching, levels)
+        return
+    near = np.zeros(rows.K, np.bool_)
+    for away in range(1 - levels, levels):
+        near[np.clip(places + away, 0, rows.K - 1)] = True
+    entries = np.flatnonzero(near[rows.places])
+    number = np.full(rows.K, -1, np.int32)
+    number[places] = np.arange(len(places))
+    for level, beside in spread(_moved(rows, entries, 0), reaching[entries], levels):
+        reached = _moved(beside, np.flatnonzero(number[beside.places] >= 0), 0)
+        yield level, Rows(reached.pointers, number[reached.places], len(places))
+
+
+def _moved(rows: Rows, entries: NDArray[np.intp], by: int) -> Rows:
+    """Some entries of the rows, in rising order, moved along the path."""
+    return Rows(np.searchsorted(entries, rows.pointers), rows.places[entries] + np.int32(by), rows.K)
