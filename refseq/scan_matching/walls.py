@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.pose_graph import moved
-
 TOLERANCE, GROWING = 0.1, 0.02
 """Walls are the same within so much [m], and so much more a metre of range: noise, and views that tilt or turn."""
 
@@ -25,8 +23,10 @@ class ScanWalls:
 
         A point behind a wall is hidden, and tells nothing; the other scan sees through that wall.
         """
-        at = moved(poses[:, None], np.column_stack([points, np.zeros(len(points))])[None])
-        x, y = at[..., 0], at[..., 1]
+        east, north, heading = poses.T[:, :, None]
+        ahead, left = points.T
+        cos, sin = np.cos(heading), np.sin(heading)
+        x, y = east + cos * ahead - sin * left, north + sin * ahead + cos * left  # as ``moved`` has them, (m, n)
         reach = np.hypot(x, y)
         degrees = np.round(np.degrees(np.arctan2(y, x))).astype(np.intp) % len(self.known)
         known, off = self.known[degrees], TOLERANCE + GROWING * reach

@@ -35,14 +35,15 @@ class Linear(NamedTuple):
 
 @lru_cache(maxsize=64)  # of few machines, each met again whenever one of its kind wakes up
 def _sampled(a: bytes, b: bytes, shape: tuple[int, int], period: float) -> Linear:
-    from scipy.signal import cont2discrete  # half a second to import, which only a machine that balances waits for
+    from scipy.linalg import expm  # a tenth of a second to import, which only a machine that balances waits for
 
     states, efforts = shape
-    rates, pushes = np.frombuffer(a).reshape(states, states), np.frombuffer(b).reshape(shape)
-    discrete = cont2discrete((rates, pushes, np.eye(states), np.zeros((states, efforts))), period)[:2]
-    for matrix in discrete:
-        matrix.setflags(write=False)
-    return Linear(*discrete)
+    both = np.zeros((states + efforts, states + efforts))  # an effort that is held is a state that does not change
+    both[:states, :states] = np.frombuffer(a).reshape(states, states)
+    both[:states, states:] = np.frombuffer(b).reshape(shape)
+    held = expm(period * both)
+    held.setflags(write=False)
+    return Linear(held[:states, :states], held[:states, states:])
 
 
 class Course(NamedTuple):

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.resources import files
 
 import jinja2
@@ -15,6 +16,12 @@ STYLE, SCRIPT = "style.css", "page.js"
 
 def rendered(template: str, script_file: str = SCRIPT, /, **content: object) -> str:
     """Fill in a template; text is escaped, and the page's policy lets a browser fetch nothing and run our script."""
+    return _environment(script_file).get_template(template).render(**content)
+
+
+@lru_cache(maxsize=8)
+def _environment(script_file: str) -> jinja2.Environment:
+    """Templates, each compiled once: a campaign writes its index after every case."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("refseq_bench.scenarios.report"),
         autoescape=True,
@@ -23,7 +30,7 @@ def rendered(template: str, script_file: str = SCRIPT, /, **content: object) -> 
     )
     style, script = _beside(STYLE), _beside(script_file)
     environment.globals |= {"reach": f"{SCAN_REACH:g}", "style": style, "script": script, "policy": policy(script)}
-    return environment.get_template(template).render(**content)
+    return environment
 
 
 def policy(script: str) -> str:

@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from refseq.view import Scan
@@ -36,13 +38,19 @@ def _shift(before: NDArray[np.floating], after: NDArray[np.floating]) -> float:
     if len(after) != n or n < 8:
         return math.nan
     widest = max(1, int(n * WIDEST_SHIFT))
-    costs = np.array(
-        [
-            np.abs(after[max(0, s) : n + min(0, s)] - before[max(0, -s) : n - max(0, s)]).mean()
-            for s in range(-widest, widest + 1)
-        ]
-    )
+    shifts = np.arange(-widest, widest + 1)
+    moved = np.abs(sliding_window_view(np.pad(after, widest), n) - before)  # (shifts, n)
+    costs = (moved * _overlap(n, widest)).sum(axis=1) / (n - np.abs(shifts))
     return float(vertices(-costs[np.newaxis])[0]) - widest
+
+
+@lru_cache(maxsize=8)
+def _overlap(n: int, widest: int) -> NDArray[np.bool_]:
+    """Elements of ``n`` that are there after shifts from −``widest`` to ``widest``, (shifts, n)."""
+    moved = np.arange(n) + np.arange(-widest, widest + 1)[:, None]
+    inside: NDArray[np.bool_] = (moved >= 0) & (moved < n)
+    inside.setflags(write=False)
+    return inside
 
 
 def vertices(heights: NDArray[np.float64]) -> NDArray[np.float64]:

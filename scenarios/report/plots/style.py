@@ -10,6 +10,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from refseq.belief import Stage
@@ -185,6 +186,8 @@ def draw_grid(*panels: Axes) -> None:
 def as_svg(figure: Figure) -> str:
     """Write the figure as an ``<svg>`` element in the page's own ink."""
     buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    # ``savefig`` would draw all of it twice, the first time for its layout alone, which one drawing begins with too.
+    canvas: Any = FigureCanvasSVG(figure)  # its method has no types
+    canvas.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = buffer.getvalue()
     return text[text.index("<svg") :].replace(INK, "currentColor")
