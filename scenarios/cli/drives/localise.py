@@ -69,11 +69,12 @@ def localise(
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """Localise a recorded drive in a map, view by view."""
-    from refseq.map.matcher import check_among
-
     check_output(output, of=[map_file, query, *selection.chosen().files])
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = load_map(map_file)
+
+    from refseq.map.matcher import check_among
+
     if trajectory is not None:
         _check_trajectories(map_, map_file, output, trajectory)
     with about(map_file):

@@ -80,7 +80,6 @@ def test_a_second_run_does_nothing_again_and_says_the_same(
     assert f"{size / 1000:.3g} kB kept in {cache}" in second.err
 
 
-@pytest.mark.parametrize("home", [None, "empty"])
 def test_what_another_campaign_left_in_the_folder_is_told(refseq: Refseq, file: Path, cache: Path, quick: None) -> None:
     other = file.with_name("other.toml")
     other.write_text(file.read_text())
@@ -88,6 +87,7 @@ def test_what_another_campaign_left_in_the_folder_is_told(refseq: Refseq, file: 
     assert ["note: out/campaign held the result of tiny, begun " in told for told in notes] == [False, False, True]
 
 
+@pytest.mark.parametrize("home", [None, "empty"])
 def test_a_real_set_that_is_absent_is_one_line_and_the_rest_runs(
     refseq: Refseq, file: Path, cache: Path, quick: None, monkeypatch: pytest.MonkeyPatch, home: str | None
 ) -> None:
