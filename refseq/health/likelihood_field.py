@@ -49,7 +49,7 @@ ALONG, SIDEWAYS = (-1.0, 0.0, 1.0), (-0.1, 0.0, 0.1)
 """Errors that every hypothesis allows for: shares of its slack along the way, metres to the side."""
 
 SLACK, DRIFT = 0.05, 0.05
-"""That slack [m], and by how much it grows with each metre of the way."""
+"""Slack of a hypothesis [m], and its growth with each metre of the way."""
 
 HEADING, HEADINGS = math.radians(1.5), 2
 """Headings are multiples of this, so that all hypotheses share them [rad]; each allows for so many to both sides."""

@@ -208,8 +208,10 @@ def _replaced(folder: Path, cases: "Sequence[Case]") -> list[str]:
         return []
     asked = {case.name for case in cases}
     others = list(by_scenario(one for one in before.cases if one.name not in asked))
+    if not others:
+        return []
     named = f"{', '.join(others[:3])}{', …' if len(others) > 3 else ''}"
-    return [f"{folder} held the result of {named}, begun {before.began}; it is replaced"] if others else []
+    return [f"{folder} held the result of {named}, begun {before.began}; it is replaced"]
 
 
 def _judged(
