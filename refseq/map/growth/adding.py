@@ -280,14 +280,17 @@ def _grown(
 def _used(
     sequence: ReferenceSequence, first: int, drive: Sequence[View], placed: Sequence[_PlacedView]
 ) -> ReferenceSequence:
-    """Count for each place that was passed the experience that knew a view there best, once a drive."""
+    """Count for each place where a view was recognised well the experience that knew it best, once a drive.
+
+    Of a view that nothing knew some experience is the best too, by chance.
+    """
     experiences, ratios = sequence.experiences, sequence.layered_ratios
     if experiences is None or ratios is None:
         return sequence
     known, used = set(experiences.places.tolist()), np.zeros(len(experiences), np.bool_)
     for view in placed:
         place = view.place - first
-        if place in known:
+        if view.well and place in known:
             best = ratios.best(_recognised(sequence, drive[view.number]), place)
             used[best] |= best != FIRST
     return replace(sequence, experiences=replace(experiences, uses=experiences.uses + used))
