@@ -17,8 +17,12 @@ from refseq.map.paths.led import led_behaviours
 from refseq.planar import in_world
 from refseq.view import View
 
-LANDMARK = DoorSettings(edge=0.04, recess=0.0)
-"""Settings for doors that are landmarks: a closed one counts as well, whose leaf lies behind the wall's face."""
+LANDMARK = DoorSettings(edge=0.04, recess=0.0, narrow=0.75)
+"""Settings for doors that are landmarks: a closed one counts as well, whose leaf lies behind the wall's face.
+
+So does a piece of wall between two things that stand before it, but for its width. Of drives in 14 worlds, by the laser
+alone, 252 doors are found and 12 gaps with ``narrow`` 0.6 m as elsewhere, 247 doors and 5 gaps with 0.75 m.
+"""
 NEAR = 5.0
 """A door is looked for no farther off than this [m]: a choice, a few views before it is reached."""
 SAME = 0.8

@@ -33,7 +33,7 @@ from refseq.map.profile import BEST
 from refseq.planar import Pose, motion_between
 from refseq.view import View
 from tests.refseq.floors import Leaf, wall_with_doors
-from tests.refseq.rooms import Wall, cast, named_maps
+from tests.refseq.rooms import Wall, cast, named_maps, rectangle
 from tests.support import corridor_drive, texture
 
 LENGTH = 20.0
@@ -99,6 +99,25 @@ def test_doors_are_found_where_they_are(scanner: float) -> None:
 
 def test_a_corridor_without_doors_has_none() -> None:
     assert [door for door in doors_along(drive(corridor())) if door.side is not DoorSide.AHEAD] == []
+
+
+def radiator(x: float, length: float) -> list[Wall]:
+    """A thing along the right wall of the corridor that stands 0.09 m before it."""
+    return rectangle(x, -1.2, x + length, -1.11)
+
+
+@pytest.mark.parametrize(("width", "doors"), [(0.55, 0), (0.62, 0), (0.7, 1), (0.8, 1)])
+def test_a_gap_between_things_along_a_wall_is_a_door_where_it_is_as_wide(width: float, doors: int) -> None:
+    """Behind their faces the wall between two of them looks as a closed leaf does."""
+    walls = [*corridor(), *radiator(7.8, 1.2), *radiator(9.0 + width, 1.2)]
+    assert len([door for door in doors_along(drive(walls)) if door.side is DoorSide.RIGHT]) == doors
+
+
+@pytest.mark.parametrize("length", [1.2, 2.5, 3.0])
+def test_the_wall_behind_the_end_of_a_thing_is_no_door(length: float) -> None:
+    """A line that is fitted to its face and to some of the wall meets the wall farther on."""
+    walls = [*corridor(), *radiator(9.0, length)]
+    assert [door for door in doors_along(drive(walls)) if door.side is DoorSide.RIGHT] == []
 
 
 def test_a_door_that_the_way_leads_through_is_ahead() -> None:
