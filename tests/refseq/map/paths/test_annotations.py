@@ -90,7 +90,7 @@ def test_doors_are_found_where_they_are(scanner: float) -> None:
     true = [(x, DoorSide.LEFT, leaf) for x, leaf in left] + [(x, DoorSide.RIGHT, leaf) for x, leaf in right]
     for x, side, leaf in true:
         (one,) = [door for door in found if abs(door.along + 1.0 + scanner - x) < 0.3 and door.side is side]
-        assert one.width == pytest.approx(0.9, abs=0.1)
+        assert one.width == pytest.approx(0.9, abs=0.05)
         assert one.passable == (leaf is not Leaf.CLOSED)
     beside_the_way = [door for door in found if door.side is not DoorSide.AHEAD]
     assert len(beside_the_way) == len(true)
@@ -106,17 +106,16 @@ def radiator(x: float, length: float) -> list[Wall]:
     return rectangle(x, -1.2, x + length, -1.11)
 
 
-@pytest.mark.parametrize(("width", "doors"), [(0.55, 0), (0.62, 0), (0.7, 1), (0.8, 1)])
+@pytest.mark.parametrize(("width", "doors"), [(0.55, 0), (0.62, 0), (0.8, 1)])
 def test_a_gap_between_things_along_a_wall_is_a_door_where_it_is_as_wide(width: float, doors: int) -> None:
     """Behind their faces the wall between two of them looks as a closed leaf does."""
     walls = [*corridor(), *radiator(7.8, 1.2), *radiator(9.0 + width, 1.2)]
     assert len([door for door in doors_along(drive(walls)) if door.side is DoorSide.RIGHT]) == doors
 
 
-@pytest.mark.parametrize("length", [1.2, 2.5, 3.0])
-def test_the_wall_behind_the_end_of_a_thing_is_no_door(length: float) -> None:
-    """A line that is fitted to its face and to some of the wall meets the wall farther on."""
-    walls = [*corridor(), *radiator(9.0, length)]
+def test_the_wall_behind_the_end_of_a_thing_is_no_door() -> None:
+    """A line that is fitted to its face and to some of the wall meets the wall farther on: 0.6 m here."""
+    walls = [*corridor(), *radiator(9.0, 3.0)]
     assert [door for door in doors_along(drive(walls)) if door.side is DoorSide.RIGHT] == []
 
 
