@@ -6,6 +6,7 @@ that it makes, and the evidence of each join that it leaves out. The set of the 
 in which paths or joins are named.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -28,7 +29,8 @@ class ConsistencySettings:
     ``askew`` [rad]: views are not taken at the same spots, and an alignment may slide by a place. A join counts as one
     relative pose every ``every`` [m]. Neighbouring views tell the same, so that its evidence is new every ``news`` [m]:
     leaving a join out costs twice that, as squared errors are twice a log-likelihood. A doubtful join may add errors of
-    ``doubt`` times its price at most. Joins whose stretches on one path are ``near`` each other [m] tell of one spot.
+    ``doubt`` times its price at most. One without which others could stand that make up for so much of its price needs
+    ``odds`` against these. Joins whose stretches on one path are ``near`` each other [m] tell of one spot.
     A join that was looked for where others lay it adds squared errors of ``likely`` a relative pose at most, as 95 % of
     the right ones do (χ², three degrees of freedom).
     A doubtful loop, a join of a path with itself, needs odometry that tells where the path comes back within ``back``
@@ -47,6 +49,7 @@ class ConsistencySettings:
     every: float = 5.0
     news: float = 2.0
     doubt: float = 0.5
+    odds: float = 20.0
     near: float = 10.0
     likely: float = 7.8
     back: float = 3.0
@@ -89,6 +92,7 @@ class Verdict(StrEnum):
     """Result of the search for one join."""
 
     AGREES = "agrees"
+    CONTESTED = "contested"
     CONTRADICTED = "contradicted"
     UNSUPPORTED = "unsupported"
 
@@ -195,15 +199,29 @@ class JoinGraph:
         return [ways_along(track) for track in self.tracks]
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Which candidates agree, are contradicted by others, or lack support."""
+        """Which candidates agree, are contested or contradicted by others, or lack support."""
         agreed = self.agreeing()
         doubtful = [n for n in agreed if not self.candidates[n].alone]
         strained = [n for n in doubtful if self.strain(n, agreed) > self.settings.doubt]
-        supported = self.supported(agreed.difference(strained))
+        contested = [n for n in agreed.difference(strained) if self.is_contested(n, agreed)]
+        supported = self.supported(agreed.difference(strained, contested))
         found = [Verdict.CONTRADICTED] * len(self.candidates)
-        for n in agreed.difference(strained):
+        for n in contested:
+            found[n] = Verdict.CONTESTED
+        for n in agreed.difference(strained, contested):
             found[n] = Verdict.AGREES if n in supported else Verdict.UNSUPPORTED
         return tuple(found)
+
+    def is_contested(self, join: int, joins: frozenset[int]) -> bool:
+        """True for a join of the best set that another set, without it, comes near to.
+
+        Of two wings that are alike a path fits both. Which of the two a few views' words prefer is chance; what stands
+        by it would be wrong with it.
+        """
+        if join in self._held or len(joins) == len(self.candidates):
+            return False
+        behind = self._without(join).cost - self.cost(joins)
+        return behind < min(self.settings.doubt * self.price(join), 2 * math.log(self.settings.odds))
 
     def agreeing(self) -> frozenset[int]:
         """Numbers of the joins that cost least together.
@@ -218,10 +236,20 @@ class JoinGraph:
                 break
             suspect = suspects[0]
             tried.add(suspect)
-            other = self._grown(frozenset(), self._grown(frozenset([suspect])))
+            other = self._grown(frozenset(), self._without(suspect))
             if _ranked(other) < _ranked(best):
                 best, tried = other, set()
         return best.joins
+
+    def _without(self, join: int) -> "_State":
+        """The set that is grown where one join is forbidden."""
+        if join not in self._forbidden:
+            self._forbidden[join] = self._grown(frozenset([join]))
+        return self._forbidden[join]
+
+    @cached_property
+    def _forbidden(self) -> dict[int, "_State"]:
+        return {}
 
     @cached_property
     def _held(self) -> frozenset[int]:

@@ -100,7 +100,7 @@ def _merged(merging: "_Merging", found: Sequence[FoundOverlap], wishes: Sequence
         if one.decision is its
         and not its.joined
         and not one.found.overlap.objection
-        and verdict is not Verdict.CONTRADICTED
+        and verdict not in (Verdict.CONTRADICTED, Verdict.CONTESTED)
     )
     told += [
         _Told(one, replace(wish, lengths=merging.lengths(wish)), by_person=True)
@@ -317,6 +317,8 @@ class _Merging:
         against = overlap.objection
         if verdict is Verdict.CONTRADICTED:
             against = f"other joins and the odometry contradict it; {evidence}"
+        elif verdict is Verdict.CONTESTED:
+            against = f"others that contradict it would agree nearly as well; {evidence}"
         elif verdict is Verdict.UNSUPPORTED or (verdict is None and overlap.doubt):
             nobody = (
                 "the odometry on its way round does not support it" if found.is_loop else "no other join supports it"

@@ -85,6 +85,34 @@ def test_no_set_of_joins_costs_less() -> None:
     assert graph.cost(graph.agreeing()) == pytest.approx(min(map(graph.cost, sets)))
 
 
+@pytest.mark.parametrize("rival", [0.0, 5.0, 12.0, 18.5, 19.5, 24.0])
+def test_a_join_that_another_set_comes_near_to_is_contested(rival: float) -> None:
+    """Two wings of one path are alike, and another path fits both: odds of 20 are 6 of the squared errors."""
+    track = TRACKS[0]
+    there, elsewhere = wrong(0, 2, 1, 28, evidence=25.0), wrong(0, 22, 1, 28, evidence=rival)
+    graph = JoinGraph([track, TRACKS[1]], [replace(one, alone=True) for one in (there, elsewhere)])
+    expected = Verdict.AGREES if 25.0 - rival > 2 * np.log(20.0) else Verdict.CONTESTED
+    assert graph.verdicts() == (expected, Verdict.CONTRADICTED)
+
+
+@pytest.mark.parametrize("evidence", [18.0, 25.0, 60.0])
+def test_what_contests_a_join_is_the_best_of_all_sets_without_it(evidence: float) -> None:
+    """All 2^n sets by brute force."""
+    candidates = [*RIGHT[:3], *(replace(one, evidence=evidence) for one in WRONG)]
+    graph = JoinGraph(TRACKS, candidates)
+    sets = [frozenset(s) for size in range(len(candidates) + 1) for s in combinations(range(len(candidates)), size)]
+    best = graph.agreeing()
+    for n in best:
+        behind = min(graph.cost(one) for one in sets if n not in one) - graph.cost(best)
+        assert graph.is_contested(n, best) == (behind < min(0.5 * graph.price(n), 2 * np.log(20.0)))
+
+
+def test_what_a_person_joins_is_not_contested() -> None:
+    given = replace(wrong(0, 2, 1, 28, evidence=0.0), held=True, alone=True)
+    graph = JoinGraph(TRACKS[:2], [given, replace(wrong(0, 22, 1, 28, evidence=24.0), alone=True)])
+    assert graph.verdicts() == (Verdict.AGREES, Verdict.CONTRADICTED)
+
+
 def test_the_order_of_paths_and_joins_does_not_matter() -> None:
     candidates = [*RIGHT, *WRONG[:1]]
     verdicts = JoinGraph(TRACKS, candidates).verdicts()
