@@ -112,6 +112,7 @@ class RobotModule:
         self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
         self.touches, self._touched = TouchLog(bench), 0  # and how many of them stand in the journal
         self._pacer = RealTimePacer()
+        self._in_time, self._late = time.monotonic(), False  # when a command was last in time [s]; it was told
         self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
         link.join(Role.ROBOT)
         link.subscribe(COMMANDS, self._commanded)
@@ -170,6 +171,7 @@ class RobotModule:
     def _next_command(self) -> Command | None:
         """The command for the last step; None where the robot is to stand."""
         if self._held or self._overdue():
+            self._in_time = time.monotonic()
             return None
         if not self._settings.realtime:
             self._wait_for(lambda: self._answered or bool(self._peers.missing))
@@ -178,10 +180,27 @@ class RobotModule:
         with self._news:
             command = self._command
         if command is None or self._peers.missing:
+            self._in_time = time.monotonic()
             return None
         ago = self._number - command.answers
         known = 1 <= ago <= len(self._published)
-        return command if known and time.monotonic() - self._published[-ago] < FRESH else None
+        in_time = known and time.monotonic() - self._published[-ago] < FRESH
+        self._tell_of_lateness(in_time)
+        return command if in_time else None
+
+    def _tell_of_lateness(self, in_time: bool) -> None:
+        """Tell once that no command was in time for ``ANSWER`` seconds, and that one is again."""
+        now = time.monotonic()
+        self._in_time = now if in_time else self._in_time
+        late = now - self._in_time > ANSWER
+        if late and not self._late:
+            self._told(
+                f"{Role.CONTROL}: for {ANSWER:g} s each command answers what was sensed more than {FRESH:g} s ago: this "
+                "machine or the link is too slow for real time; the robot stands"
+            )
+        elif self._late and not late:
+            self._told(f"{Role.CONTROL}: its commands are in time again")
+        self._late = late
 
     @property
     def _answered(self) -> bool:

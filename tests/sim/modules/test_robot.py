@@ -1,6 +1,7 @@
 """The robot's side of a link in this thread, on a bench of a few lines and a clock that the test winds."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -183,6 +184,28 @@ def test_in_real_time_an_old_command_is_not_carried_out(monkeypatch: pytest.Monk
     assert 0 < len(stood) < len(silent)
     assert all(played.bench.twists[number - 1] == Twist() for number in stood)
     assert played.bench.x == pytest.approx((40 - len(stood)) * CONTROL_PERIOD * SPEED)
+    assert played.over == "completed"
+
+
+def test_commands_that_are_late_for_long_are_told_once_and_when_they_are_in_time_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each answers what was sensed 20 steps ago, 0.8 s, and then the last step again; a short silence is not told."""
+    played = Played(monkeypatch, RobotSettings(NEVER, realtime=True, localised=False))
+    slow, back = range(20, 110), 20
+
+    def answer(step: Step) -> Command | None:
+        if step.number in range(3, 10):
+            return None
+        return replace(go(step, 130), answers=step.number - back) if step.number in slow else go(step, 130)
+
+    played.answer = answer
+    steps = played.run("control", "mission")
+    late, again = (line for line in played.told if line.startswith("control: ") and not line.startswith("control: is "))
+    assert "more than 0.5 s ago" in late
+    assert again == "control: its commands are in time again"
+    stood = [step.number for step in steps if step.command is None and step.number in slow]
+    assert len(stood) >= len(slow) - back
     assert played.over == "completed"
 
 
