@@ -151,10 +151,14 @@ def test_only_pictures_depend_on_the_device(tmp_path: Path, monkeypatch: pytest.
     ("name", "said"),
     [
         ("nowhere_to_be_found:Mine", "there is no module 'nowhere_to_be_found'"),
-        ("tests.scenarios.campaign.chores:Hanging", "the code of tests.scenarios.campaign.chores:Hanging differs"),
+        ("of_another_digest:Mine", "the code of of_another_digest:Mine differs"),
     ],
 )
-def test_a_localiser_that_the_other_machine_does_not_have_is_told(tmp_path: Path, name: str, said: str) -> None:
+def test_a_localiser_that_the_other_machine_does_not_have_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, said: str
+) -> None:
+    (tmp_path / "of_another_digest.py").write_text("class Mine: ...\n")
+    monkeypatch.syspath_prepend(tmp_path)
     task = answer_tasks(load(scenario_in(tmp_path))[0])[1][0]
     delivery = carry_out(RemoteTask(task, here(), {name: "digest"}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
