@@ -10,7 +10,6 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from textwrap import indent
 
@@ -91,8 +90,7 @@ HOOKS = {"__getattr__", "__dir__"}
 Definition = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 
 
-@cache
-def program(path: Path) -> ast.Module:
+def parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text())
 
 
@@ -134,20 +132,23 @@ def test_the_search_for_twins_finds_them():
 def test_no_function_is_written_twice():
     programs = [path for path in tracked() if path.suffix == ".py"]
     trees = {
-        str(path.relative_to(ROOT)): program(path) for path in programs if path.relative_to(ROOT).parts[0] != "tests"
+        str(path.relative_to(ROOT)): parsed(path) for path in programs if path.relative_to(ROOT).parts[0] != "tests"
     }
     assert twins(trees) == []
 
 
-def docstrings(tree: ast.Module) -> list[str]:
-    return [text for node in definitions(tree) if (text := ast.get_docstring(node))]
+def classes_and_docstrings(tree: ast.Module) -> tuple[list[str], list[str]]:
+    there = list(definitions(tree))
+    named = [node.name for node in there if isinstance(node, ast.ClassDef)]
+    return named, [text for node in there if (text := ast.get_docstring(node))]
 
 
 def test_docstrings_begin_with_words_and_name_what_there_is():
-    trees = {path: program(path) for path in tracked() if path.suffix == ".py"}
-    classes = {node.name for tree in trees.values() for node in definitions(tree) if isinstance(node, ast.ClassDef)}
-    modules = {path.stem for path in trees}
-    told = [(path.name, text) for path, tree in trees.items() for text in docstrings(tree)]
+    # No tree is kept: of millions of nodes each look for garbage would take long.
+    found = {path: classes_and_docstrings(parsed(path)) for path in tracked() if path.suffix == ".py"}
+    classes = {name for named, _ in found.values() for name in named}
+    modules = {path.stem for path in found}
+    told = [(path.name, text) for path, (_, texts) in found.items() for text in texts]
     # Words that are a class as well, as Map, begin sentences; a name of two words never does.
     begun = [(name, first) for name, text in told if re.match(r"[A-Z][a-z]+[A-Z]", first := text.split()[0])]
     assert [(name, first) for name, first in begun if first in classes] == []
