@@ -36,6 +36,11 @@ def map_(request: pytest.FixtureRequest) -> Map:
     return learn(REFERENCE, profile=f"{request.param}+motion.stands_once=true+log_ratio.usual=0")
 
 
+@pytest.fixture(scope="module")
+def once() -> Map:
+    return learn(REFERENCE, profile=ONCE)
+
+
 def ratios(values: Sequence[float], again: bool = False, distance: float = 1.0) -> list[Measurement]:
     told = np.array(values, np.float64)
     return [Measurement(softmax(told), distance, Timings(), told, again=again)]
@@ -112,26 +117,24 @@ def close(one: Belief, other: Belief, within: float = 1e-9) -> None:
 
 @pytest.mark.quick_cases("chain")
 @pytest.mark.parametrize("stage", Stage)
-def test_a_standing_robot_is_as_sure_after_ten_views_as_after_one(stage: Stage) -> None:
-    map_ = learn(REFERENCE, profile=ONCE)
-    plain, found = (localise(map_, views, stages=[stage])[stage] for views in (QUERY, with_stand(9)))
+def test_a_standing_robot_is_as_sure_after_ten_views_as_after_one(once: Map, stage: Stage) -> None:
+    plain, found = (localise(once, views, stages=[stage])[stage] for views in (QUERY, with_stand(9)))
     for belief in found[AT : AT + 10]:
         close(belief, plain[AT])
     for belief, wanted in zip(found[AT + 10 :], plain[AT + 1 :], strict=True):
         close(belief, wanted)
 
 
-def test_unless_asked_each_view_of_a_stand_speaks_anew() -> None:
+def test_unless_asked_each_view_of_a_stand_speaks_anew(once: Map) -> None:
     """The likeliest place gains by each view that says the same: by that a robot that looks about itself is found."""
     found = localise(learn(REFERENCE, profile="best"), with_stand(3), stages=[Stage.PRIOR])[Stage.PRIOR]
-    plain = localise(learn(REFERENCE, profile=ONCE), with_stand(3), stages=[Stage.PRIOR])[Stage.PRIOR]
+    plain = localise(once, with_stand(3), stages=[Stage.PRIOR])[Stage.PRIOR]
     np.testing.assert_array_equal(found[AT].places, plain[AT].places)
     assert found[AT + 3].places.max() > plain[AT + 3].places.max()
 
 
-def test_in_hindsight_too() -> None:
-    map_ = learn(REFERENCE, profile=ONCE)
-    plain, found = smoothed(map_, QUERY), smoothed(map_, with_stand(3))
+def test_in_hindsight_too(once: Map) -> None:
+    plain, found = smoothed(once, QUERY), smoothed(once, with_stand(3))
     for belief, wanted in zip([*found[:AT], *found[AT + 3 :]], plain, strict=True):
         close(belief, wanted)
 

@@ -97,12 +97,12 @@ def test_in_another_corridor_the_robot_says_sooner_that_it_is_lost(maps: tuple[M
     assert LEFT < np.argmax(asking > 0.5) < np.argmax(plain > 0.5)
 
 
-def test_in_a_map_of_several_paths_what_is_usual_is_that_of_the_path_it_is_on() -> None:
+def test_in_a_map_of_several_paths_what_is_usual_is_that_of_the_path_it_is_on(maps: tuple[Map, Map]) -> None:
     drive = [*LATER[:LEFT], *ELSEWHERE[LEFT:]]
     other = corridor(1000, 3)[:12]
     plain, asking = (
-        lost(chain(beside([learnt(usual, name, views) for name, views in (("far", other), ("here", PATH))]), drive))
-        for usual in (0, 100)
+        lost(chain(beside([learnt(usual, "far", other), map_.named("here")]), drive))
+        for usual, map_ in zip((0, 100), maps, strict=True)
     )
     assert (asking[:LEFT] < 0.5).all()
     assert LEFT < np.argmax(asking > 0.5) < np.argmax(plain > 0.5)
