@@ -1,7 +1,9 @@
 """Imports and data reads of one Python file, as its text tells them."""
 
 import ast
+import gc
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -57,7 +59,20 @@ def imports_of(file: Path) -> Imports:
     return _parsed(file, state.st_mtime_ns, state.st_size)
 
 
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Look for no garbage: a tree leaves none, and its many nodes would have all objects looked through again."""
+    looked_for = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if looked_for:
+            gc.enable()
+
+
 @cache
+@_without_collection()
 def _parsed(file: Path, _changed_ns: int, _size: int) -> Imports:
     try:
         tree = ast.parse(file.read_bytes())
@@ -78,7 +93,7 @@ def _parsed(file: Path, _changed_ns: int, _size: int) -> Imports:
 
 
 def _nodes(tree: ast.AST, without: str | None = None) -> Iterator[ast.AST]:
-    """All nodes but those for type checkers alone, and those inside a function called ``without``."""
+    """All nodes but contexts of names, those for type checkers alone and those in a function called ``without``."""
     left: list[ast.AST] = [tree]
     while left:
         node = left.pop()
@@ -87,8 +102,13 @@ def _nodes(tree: ast.AST, without: str | None = None) -> Iterator[ast.AST]:
         yield node
         if isinstance(node, ast.If) and _last_name(node.test) == "TYPE_CHECKING":
             left.extend(node.orelse)
-        else:
-            left.extend(ast.iter_child_nodes(node))
+            continue
+        for name in node._fields:
+            child = getattr(node, name)
+            if isinstance(child, list):
+                left.extend(one for one in child if isinstance(one, ast.AST))
+            elif isinstance(child, ast.AST) and name != "ctx":
+                left.append(child)
 
 
 def _last_name(node: ast.AST) -> str:
