@@ -112,7 +112,7 @@ class RobotModule:
         self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
         self.touches, self._touched = TouchLog(bench), 0  # and how many of them stand in the journal
         self._pacer = RealTimePacer()
-        self._in_time, self._late = time.monotonic(), False  # when a command was last in time [s]; it was told
+        self._in_time, self._late = time.monotonic(), False  # when a command was last in time [s], and if that was told
         self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
         link.join(Role.ROBOT)
         link.subscribe(COMMANDS, self._commanded)
@@ -195,7 +195,7 @@ class RobotModule:
         late = now - self._in_time > ANSWER
         if late and not self._late:
             self._told(
-                f"{Role.CONTROL}: for {ANSWER:g} s each command answers what was sensed more than {FRESH:g} s ago: this "
+                f"{Role.CONTROL}: for {ANSWER:g} s each command answers what was sensed more than {FRESH:g} s ago: the "
                 "machine or the link is too slow for real time; the robot stands"
             )
         elif self._late and not late:

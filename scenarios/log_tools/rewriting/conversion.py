@@ -1,6 +1,6 @@
 """Conversion of logs: their views, written in another format."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -89,12 +89,20 @@ def convert(plan: ViewPlan, target: Path, form: LogFormat, notes: Mapping[str, s
         case LogFormat.CARMEN:
             views = [replace(view, images={}) for view in plan.read()]
             write_carmen(target, views, told)
-            cameras = [sensor for sensor in plan.findings.sensors.values() if sensor != LASER]
-            return Converted(len(views), tuple(f"pictures of {camera}" for camera in cameras))
+            return Converted(len(views), tuple(_lost_by_carmen(plan, views, told)))
         case _:
             writing = _recording(target, told) if form is LogFormat.MCAP else _bag(target, told)
             with writing as writer:
                 return Converted(_written(plan, writer), ())
+
+
+def _lost_by_carmen(plan: ViewPlan, views: Sequence[View], told: Mapping[str, str]) -> Iterator[str]:
+    """Names of what a CARMEN log has no place for."""
+    yield from (f"pictures of {sensor}" for sensor in plan.findings.sensors.values() if sensor != LASER)
+    if any(view.behaviour for view in views):
+        yield "behaviours"
+    if blank := sorted(name for name, value in told.items() if value.split() != [value] and value.strip()):
+        yield f"blanks and line ends in the metadata's {', '.join(blank)}, now underscores"
 
 
 def _unwhole(plan: ViewPlan) -> dict[str, str]:

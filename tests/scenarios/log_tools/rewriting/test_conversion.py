@@ -1,17 +1,19 @@
 """Converted logs, read back: nothing that a format has a place for may be lost on the way."""
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from refseq.errors import LogError
-from refseq.logs import open_log, plan_views, read_recording
+from refseq.logs import RecordingWriter, open_log, plan_views, read_recording
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.log_tools.rewriting.conversion import LogFormat, convert, format_of
+from refseq_bench.scenarios.log_tools.rewriting.conversion import LogFormat, convert, format_of, odometer
 from tests.refseq.logs.foreign import write_rosbag2
 from tests.refseq.logs.robot_drive import RobotDrive
+from tests.support import corridor_drive
 
 NAMES = {LogFormat.MCAP: "out.mcap", LogFormat.ROSBAG2: "out", LogFormat.CARMEN: "out.clf"}
 
@@ -45,6 +47,17 @@ def test_a_conversion_keeps_motion_truth_scans_and_pictures(form, bag, views, tm
     if form is not LogFormat.CARMEN:
         for before, after in zip(views, found.views, strict=True):
             assert all((after.images[name] == before.images[name]).all() for name in before.images)
+
+
+def test_carmen_tells_what_it_has_no_place_for(tmp_path):
+    with RecordingWriter(tmp_path / "in.mcap", {"world": "hallway", "notes": "two cups \n of tea"}) as writer:
+        for view, pose in odometer(corridor_drive(np.random.default_rng(0), count=5, size=48)):
+            writer.write(replace(view, behaviour="MN:5"), pose)
+    done = convert(plan_views(open_log(tmp_path / "in.mcap")), tmp_path / "out.clf", LogFormat.CARMEN, {})
+    assert "behaviours" in done.left_out
+    (blanks,) = (words for words in done.left_out if "metadata" in words)
+    assert blanks == "blanks and line ends in the metadata's notes, now underscores"
+    assert open_log(tmp_path / "out.clf").metadata["notes"] == "two_cups_of_tea"
 
 
 def test_poses_alone_need_no_picture(bag, views, tmp_path):
