@@ -76,7 +76,7 @@ class MotionWatch:
         A scan that came a short way adds to the next as well.
         """
         if not measures(view):
-            self._last = scan
+            self._last, self._unseen = scan, False
             self._begin(scan)
             return SILENT
         last, unseen = self._last, self._unseen

@@ -79,6 +79,18 @@ def test_a_message_without_transforms_tells_nothing_and_is_no_clock_at_zero(tmp_
     assert source.skipped == {f"foxglove.FrameTransforms{EMPTY}": 1}
 
 
+def test_empty_messages_of_two_writers_to_one_topic_are_counted_once_each(tmp_path: Path) -> None:
+    context = foxglove.Context()
+    with foxglove.open_mcap(str(tmp_path / "two.mcap"), context=context):
+        for number, node in enumerate("ab"):
+            channel = channels.FrameTransformsChannel("/tf", metadata={"node": node}, context=context)
+            channel.log(messages.FrameTransforms(transforms=[]), log_time=ns(9.0 + number))
+    source = open_log(tmp_path / "two.mcap")
+    assert [one.topic for one in source.channels] == ["/tf", "/tf"]
+    assert list(source.samples()) == []
+    assert source.skipped == {f"foxglove.FrameTransforms{EMPTY}": 2}
+
+
 def test_transforms_without_end_in_one_message_are_damage(tmp_path: Path) -> None:
     again = messages.FrameTransform(parent_frame_id="odom", child_frame_id="base_link")
     source = open_log(write_transforms(tmp_path / "tf.mcap", [again] * 4097))
