@@ -298,7 +298,7 @@ def similarity(
 def plan(
     map_file: MapFile,
     output: Annotated[Path | None, CHART] = None,
-    floor: Annotated[Path | None, option("PICTURE", "Floor plan to draw the paths on (PNG, JPEG), with --at.")] = None,
+    floor: Annotated[Path | None, option("PICTURE", "Floor plan to draw the paths on (PNG, JPEG, BMP, WebP), with --at.")] = None,
     at: Annotated[
         list[str] | None,
         option(

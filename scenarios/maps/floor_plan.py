@@ -105,7 +105,7 @@ def check_asked(floor: Path | None, at: Sequence[str]) -> None:
 
 
 def lay_floor(file: Path, at: Sequence[str], map_: Map) -> LaidFloor:
-    """Read the picture of a floor plan (PNG, JPEG), and lay a map that has a plan on it by places marked PLACE=X,Y.
+    """Read the picture of a floor plan, and lay a map that has a plan on it by places marked PLACE=X,Y.
 
     Raises ``LogError`` for a file that is no picture, ``ScenarioError`` for marks that are none or do not fit.
     """
