@@ -298,7 +298,7 @@ def similarity(
 def plan(
     map_file: MapFile,
     output: Annotated[Path | None, CHART] = None,
-    floor: Annotated[Path | None, option("PICTURE", "Floor plan to draw the paths on (PNG, JPEG, BMP, WebP), with --at.")] = None,
+    floor: Annotated[Path | None, option("PICTURE", "Picture of a floor plan to draw the paths on, with --at.")] = None,
     at: Annotated[
         list[str] | None,
         option(
