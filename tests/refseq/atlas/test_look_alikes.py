@@ -30,6 +30,7 @@ def test_a_contradicted_loop_whose_walls_are_alike_makes_two_look_alikes() -> No
         (0.97, Verdict.CONTRADICTED),
         (None, Verdict.CONTRADICTED),
         (0.99, Verdict.AGREES),
+        (0.99, Verdict.CONTESTED),
         (0.99, Verdict.UNSUPPORTED),
         (0.99, None),
     ],

@@ -374,6 +374,26 @@ def test_what_is_refused_for_want_of_evidence_alone_is_told_apart() -> None:
     assert merge_maps(walks, demanding, wishes=[replace(no, joined=True)]).unsupported == ()
 
 
+def test_of_two_joins_that_contradict_each_other_with_like_evidence_neither_is_made() -> None:
+    """Both paths go through A and through B, which one odometer takes for 40 m farther apart; a person may decide."""
+    legs: list[list[Leg]] = [[("A", 0, 22), way, ("B", 0, 22)] for way in (("C", 0, 18), ("D", 0, 30))]
+    learnt = [TOWN.learnt(way, number, BEST) for number, way in enumerate(legs, 1)]
+    farther = [np.zeros(len(learnt[0])), np.where(np.arange(len(learnt[1])) > 30, 40.0, 0.0)]
+    tracks = [
+        np.column_stack([one.along + more, np.zeros((len(one), 2))]) for one, more in zip(learnt, farther, strict=True)
+    ]
+    maps = named_maps(["p", "q"], [replace(one, odometry=track) for one, track in zip(learnt, tracks, strict=True)])
+    merged = merge_maps(maps)
+    assert [one.joined for one in merged.decisions] == [False, False]
+    contested, contradicted = sorted((one.why for one in merged.decisions), key=lambda why: "nearly as well" not in why)
+    assert contested.startswith("others that contradict it would agree nearly as well; ")
+    assert contradicted.startswith("other joins and the odometry contradict it; ")
+    assert merged.unsupported == ()
+    for one in merged.decisions:
+        decided = merge_maps(maps, wishes=[replace(one, joined=True, why="a person knows")])
+        assert [its.joined for its in decided.decisions if its.about(one)] == [True]
+
+
 def test_short_stretches_are_objected_to() -> None:
     one, other = TOWN.learnt([("A", 0, 30), ("B", 0, 6)], 1, BEST), TOWN.learnt([("B", 0, 30)], 2, BEST)
     (found,) = overlaps(one, other, OverlapSettings(least=8))
