@@ -35,6 +35,8 @@ class Merged:
     """Joins that would be made without those of a person, and are refused as they contradict these."""
     unsupported: tuple[Decision, ...] = ()
     """Stretches that are refused for want of evidence alone: nothing speaks against them, and nobody decided."""
+    contested: tuple[Decision, ...] = ()
+    """Stretches that are refused as others that contradict them would agree nearly as well, and nobody decided."""
 
 
 def merge(maps: Iterable[Map], settings: OverlapSettings | None = None) -> Map:
@@ -94,14 +96,13 @@ def _merged(merging: "_Merging", found: Sequence[FoundOverlap], wishes: Sequence
     found, verdicts = merging.found_beside(*merging.judged(found, wishes, own), wishes, own)
     proposed = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
     told = [_Told.of(one, its, wishes) for one, its in zip(found, proposed, strict=True)]
-    unsupported = tuple(
-        its
+    refused = [
+        (its, verdict)
         for one, its, verdict in zip(told, proposed, verdicts, strict=True)
-        if one.decision is its
-        and not its.joined
-        and not one.found.overlap.objection
-        and verdict not in (Verdict.CONTRADICTED, Verdict.CONTESTED)
-    )
+        if one.decision is its and not its.joined and not one.found.overlap.objection
+    ]
+    contested = tuple(its for its, verdict in refused if verdict is Verdict.CONTESTED)
+    unsupported = tuple(its for its, verdict in refused if verdict in (Verdict.UNSUPPORTED, None))
     told += [
         _Told(one, replace(wish, lengths=merging.lengths(wish)), by_person=True)
         for one, wish in zip(own, added, strict=True)
@@ -112,7 +113,7 @@ def _merged(merging: "_Merging", found: Sequence[FoundOverlap], wishes: Sequence
     against = tuple(one.decision for one in told if one.by_person and id(one.found) in strained)
     decisions, stretches = tuple(one.decision for one in told), tuple(one.found for one in told)
     yielding = tuple(one.decision for one in told if any(one.found is other for other in overruled))
-    return Merged(merging.map(joined), decisions, stretches, against, yielding, unsupported)
+    return Merged(merging.map(joined), decisions, stretches, against, yielding, unsupported, contested)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ def merge_notes(merged: Merged, maps: Sequence[Map], machines: Sequence[Decision
         *_scales(merged.decisions),
         *_strained(merged.strained),
         *_overruled(merged.overruled),
+        *_contested(merged.contested),
         *_unsupported(merged.unsupported),
         *_not_found(machines, merged.decisions, maps),
     ]
@@ -67,6 +68,14 @@ def _strained(decisions: Sequence[Decision]) -> Iterator[str]:
 def _overruled(decisions: Sequence[Decision]) -> Iterator[str]:
     for one in decisions:
         yield f"{in_words(one)} is refused as it contradicts a person's joins, and would be joined without these"
+
+
+def _contested(decisions: Sequence[Decision]) -> Iterator[str]:
+    for one in decisions:
+        yield (
+            f"{in_words(one)} is refused, as others that contradict it would agree nearly as well: --page shows it, "
+            "and --decisions decides"
+        )
 
 
 def _unsupported(decisions: Sequence[Decision]) -> Iterator[str]:

@@ -389,9 +389,11 @@ def test_of_two_joins_that_contradict_each_other_with_like_evidence_neither_is_m
     assert contested.startswith("others that contradict it would agree nearly as well; ")
     assert contradicted.startswith("other joins and the odometry contradict it; ")
     assert merged.unsupported == ()
+    assert [one.why for one in merged.contested] == [contested]
     for one in merged.decisions:
         decided = merge_maps(maps, wishes=[replace(one, joined=True, why="a person knows")])
         assert [its.joined for its in decided.decisions if its.about(one)] == [True]
+        assert decided.contested == ()
 
 
 def test_short_stretches_are_objected_to() -> None:
