@@ -112,7 +112,8 @@ class RobotModule:
         self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
         self.touches, self._touched = TouchLog(bench), 0  # and how many of them stand in the journal
         self._pacer = RealTimePacer()
-        self._in_time, self._late = time.monotonic(), False  # when a command was last in time [s], and if that was told
+        self._in_time: deque[bool] = deque(maxlen=round(ANSWER / CONTROL_PERIOD))  # whether the last commands were
+        self._late = False  # and whether it was told that they were not
         self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
         link.join(Role.ROBOT)
         link.subscribe(COMMANDS, self._commanded)
@@ -171,7 +172,7 @@ class RobotModule:
     def _next_command(self) -> Command | None:
         """The command for the last step; None where the robot is to stand."""
         if self._held or self._overdue():
-            self._in_time = time.monotonic()
+            self._in_time.clear()
             return None
         if not self._settings.realtime:
             self._wait_for(lambda: self._answered or bool(self._peers.missing))
@@ -180,7 +181,7 @@ class RobotModule:
         with self._news:
             command = self._command
         if command is None or self._peers.missing:
-            self._in_time = time.monotonic()
+            self._in_time.clear()
             return None
         ago = self._number - command.answers
         known = 1 <= ago <= len(self._published)
@@ -189,18 +190,20 @@ class RobotModule:
         return command if in_time else None
 
     def _tell_of_lateness(self, in_time: bool) -> None:
-        """Tell once that no command was in time for ``ANSWER`` seconds, and that one is again."""
-        now = time.monotonic()
-        self._in_time = now if in_time else self._in_time
-        late = now - self._in_time > ANSWER
-        if late and not self._late:
+        """Tell once that most commands of the last ``ANSWER`` seconds were late, and that all are in time again."""
+        self._in_time.append(in_time)
+        if len(self._in_time) < (self._in_time.maxlen or 0):
+            return
+        late = self._in_time.count(False)
+        if not self._late and late > len(self._in_time) / 2:
+            self._late = True
             self._told(
-                f"{Role.CONTROL}: for {ANSWER:g} s each command answers what was sensed more than {FRESH:g} s ago: the "
-                "machine or the link is too slow for real time; the robot stands"
+                f"{Role.CONTROL}: in {late} of the last {len(self._in_time)} periods its command answers what was sensed "
+                f"more than {FRESH:g} s ago: machine or link are too slow for real time; the robot stands there"
             )
         elif self._late and not late:
+            self._late = False
             self._told(f"{Role.CONTROL}: its commands are in time again")
-        self._late = late
 
     @property
     def _answered(self) -> bool:
