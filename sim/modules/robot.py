@@ -198,8 +198,8 @@ class RobotModule:
         if not self._late and late > len(self._in_time) / 2:
             self._late = True
             self._told(
-                f"{Role.CONTROL}: in {late} of the last {len(self._in_time)} periods its command answers what was sensed "
-                f"more than {FRESH:g} s ago: machine or link are too slow for real time; the robot stands there"
+                f"{Role.CONTROL}: in {late} of the last {len(self._in_time)} periods its command answers what was "
+                f"sensed more than {FRESH:g} s ago: machine or link are too slow for real time; the robot stands there"
             )
         elif self._late and not late:
             self._late = False
