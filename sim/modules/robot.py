@@ -112,7 +112,7 @@ class RobotModule:
         self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
         self.touches, self._touched = TouchLog(bench), 0  # and how many of them stand in the journal
         self._pacer = RealTimePacer()
-        self._in_time: deque[bool] = deque(maxlen=round(ANSWER / CONTROL_PERIOD))  # whether the last commands were
+        self._in_time: deque[bool] = deque(maxlen=round(ANSWER / CONTROL_PERIOD))  # whether each of the last ones was
         self._late = False  # and whether it was told that they were not
         self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
         link.join(Role.ROBOT)

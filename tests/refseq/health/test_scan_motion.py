@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from refseq.health.scan_motion import FOLLOWS, motion_ratios
+from refseq.health.scan_motion import FOLLOWS, SILENT, MotionWatch, motion_ratios
 from refseq.planar import Pose, after_motion
+from refseq.view import View
 from tests.refseq.rooms import Wall, cast, rectangle
 
 ROOMS: list[Wall] = [
@@ -61,3 +62,12 @@ def test_two_scans_say_no_more_than_the_most() -> None:
     assert carried(ROOMS, Pose(3.5, 2.5, 0.4), Pose(22, 3, 2.4), 0.85, 0.0) <= FOLLOWS
     before = Pose(3.5, 2.5, 0.4)
     assert carried(ROOMS, before, after_motion(before, 0.85, 0.0), 0.85, 0.0) >= -FOLLOWS
+
+
+def test_a_robot_that_stands_after_a_view_without_odometry_is_compared_with_it() -> None:
+    """A scan was missing before, which is not missing between these two."""
+    scan = cast(ROOMS, Pose(3.5, 2.5, 0.4), rng=np.random.default_rng(1))
+    watch = MotionWatch()
+    for seen, view in ((scan, View(0.0)), (None, View(1.0, distance=0.1)), (scan, View(2.0, has_odometry=False))):
+        assert watch.update(seen, view) == SILENT
+    assert watch.update(scan, View(3.0)) == motion_ratios(scan, scan, 0.0, 0.0) != SILENT
