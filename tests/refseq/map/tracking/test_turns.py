@@ -51,7 +51,7 @@ def answers(map_: Map, views: Sequence[View]) -> list[Belief]:
 
 @pytest.fixture(scope="module")
 def straight_on(maps: tuple[Map, Map]) -> tuple[np.ndarray, np.ndarray]:
-    """How lost the robot is by both maps that leaves the path."""
+    """P(lost), by either map, of the robot that leaves the path."""
     without, asking = (lost(answers(map_, STRAIGHT)) for map_ in maps)
     return without, asking
 
