@@ -30,7 +30,7 @@ def write_carmen(path: Path | str, views: Sequence[View], metadata: Mapping[str,
         raise LogError(f"{path}: a CARMEN log holds laser scans; none of the {len(views)} views has one")
     reach = float(scans[0].max_range)
     told = dict(metadata or {}) | ({REACH: f"{reach:g}"} if float(f"{reach:g}") == reach < NO_RETURN else {})
-    words = {name: "_".join(value.split()) for name, value in told.items()}
+    words = {name: as_word(value) for name, value in told.items()}
     lines = [f"PARAM {name} {word} 0 refseq 0" for name, word in words.items() if word]
     measured = any(view.has_odometry for view in views)
     odometry = next((view.truth for view in views if view.scan is not None), None) or Pose(0.0, 0.0, 0.0)
@@ -41,6 +41,11 @@ def write_carmen(path: Path | str, views: Sequence[View], metadata: Mapping[str,
             lines += _laser_lines(view, view.scan, odometry if measured else None, reach_told(words))
     with naming_writes(path, LogError):
         replace_text(path, "\n".join(lines) + "\n")
+
+
+def as_word(value: str) -> str:
+    """A value as a line's single word: blanks and line ends become underscores, those at its ends are gone."""
+    return "_".join(value.split())
 
 
 def _laser_lines(view: View, scan: Scan, odometry: Pose | None, reach: float) -> list[str]:

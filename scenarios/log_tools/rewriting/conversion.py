@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from refseq.logs import RecordingWriter, write_carmen
+from refseq.logs.carmen.writer import as_word
 from refseq.logs.closing import incomplete, noted_damage
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.planar import Pose, after_motion
@@ -101,7 +102,7 @@ def _lost_by_carmen(plan: ViewPlan, views: Sequence[View], told: Mapping[str, st
     yield from (f"pictures of {sensor}" for sensor in plan.findings.sensors.values() if sensor != LASER)
     if any(view.behaviour for view in views):
         yield "behaviours"
-    if blank := sorted(name for name, value in told.items() if value.split() != [value] and value.strip()):
+    if blank := sorted(name for name, value in told.items() if as_word(value) not in ("", value)):
         yield f"blanks and line ends in the metadata's {', '.join(blank)}, now underscores"
 
 
