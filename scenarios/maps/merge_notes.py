@@ -13,6 +13,9 @@ from refseq_bench.scenarios.tables import plural
 
 STRETCHED = 0.07
 """Share by which two odometers may differ in length; more is told. Those of our robots differ by 2 %."""
+STRAINED = "joined as a person says, though odometry and the other joins contradict it"
+OVERRULED = "refused as it contradicts a person's joins, and would be joined without these"
+CONTESTED = "refused, as others that contradict it would agree nearly as well: --page shows it, and --decisions decides"
 
 
 def merge_notes(merged: Merged, maps: Sequence[Map], machines: Sequence[Decision] = ()) -> list[str]:
@@ -21,9 +24,9 @@ def merge_notes(merged: Merged, maps: Sequence[Map], machines: Sequence[Decision
         *_parts(islands(merged.map)),
         *_robots(maps),
         *_scales(merged.decisions),
-        *_strained(merged.strained),
-        *_overruled(merged.overruled),
-        *_contested(merged.contested),
+        *_each(merged.strained, STRAINED),
+        *_each(merged.overruled, OVERRULED),
+        *_each(merged.contested, CONTESTED),
         *_unsupported(merged.unsupported),
         *_not_found(machines, merged.decisions, maps),
     ]
@@ -60,22 +63,9 @@ def _scales(decisions: Sequence[Decision]) -> Iterator[str]:
             )
 
 
-def _strained(decisions: Sequence[Decision]) -> Iterator[str]:
+def _each(decisions: Sequence[Decision], fate: str) -> Iterator[str]:
     for one in decisions:
-        yield f"{in_words(one)} is joined as a person says, though odometry and the other joins contradict it"
-
-
-def _overruled(decisions: Sequence[Decision]) -> Iterator[str]:
-    for one in decisions:
-        yield f"{in_words(one)} is refused as it contradicts a person's joins, and would be joined without these"
-
-
-def _contested(decisions: Sequence[Decision]) -> Iterator[str]:
-    for one in decisions:
-        yield (
-            f"{in_words(one)} is refused, as others that contradict it would agree nearly as well: --page shows it, "
-            "and --decisions decides"
-        )
+        yield f"{in_words(one)} is {fate}"
 
 
 def _unsupported(decisions: Sequence[Decision]) -> Iterator[str]:
