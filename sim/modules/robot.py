@@ -45,6 +45,8 @@ FRESH = 0.5
 """In real time a command that answers what was sensed longer ago [s] is not carried out: the robot stands."""
 ANSWER = 2.0
 """In real time the robot stands where a view is not answered for so long [s], until all are."""
+ANSWER_PERIODS = round(ANSWER / CONTROL_PERIOD)
+"""Control periods of ``ANSWER``."""
 REMEMBERED = 100
 """Steps that may be answered late."""
 LOOK = 0.02
@@ -112,8 +114,8 @@ class RobotModule:
         self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
         self.touches, self._touched = TouchLog(bench), 0  # and how many of them stand in the journal
         self._pacer = RealTimePacer()
-        self._in_time: deque[bool] = deque(maxlen=round(ANSWER / CONTROL_PERIOD))  # whether each of the last ones was
-        self._late = False  # and whether it was told that they were not
+        self._in_time: deque[bool] = deque(maxlen=ANSWER_PERIODS)  # for each of the last periods: its command was fresh
+        self._late = False  # most of them were not, and it was told
         self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
         link.join(Role.ROBOT)
         link.subscribe(COMMANDS, self._commanded)
@@ -192,7 +194,7 @@ class RobotModule:
     def _tell_of_lateness(self, in_time: bool) -> None:
         """Tell once that most commands of the last ``ANSWER`` seconds were late, and that all are in time again."""
         self._in_time.append(in_time)
-        if len(self._in_time) < (self._in_time.maxlen or 0):
+        if len(self._in_time) < ANSWER_PERIODS:
             return
         late = self._in_time.count(False)
         if not self._late and late > len(self._in_time) / 2:
