@@ -36,7 +36,7 @@ class FoxgloveSource(CuttableLog):
         self.channels = tuple(sorted(found, key=lambda one: (one.topic, one.role is not Role.IGNORED)))
 
     @property
-    def _read(self) -> Mapping[str, str]:
+    def _schemas(self) -> Mapping[str, str]:
         """Schema of each topic that is read; of a topic's channels that of the last."""
         return {channel.topic: channel.schema for channel in self.channels if channel.role is not Role.IGNORED}
 
@@ -56,7 +56,7 @@ class FoxgloveSource(CuttableLog):
         for channel in self.channels:
             if channel.role is Role.IGNORED:
                 found[channel.schema] += channel.count
-        for topic, schema in self._read.items():
+        for topic, schema in self._schemas.items():
             found[f"{schema}{EMPTY}"] += self._empty[topic]
         return {schema: count for schema, count in found.items() if count}
 
@@ -72,7 +72,7 @@ class FoxgloveSource(CuttableLog):
 
     def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
         """Samples of the topics asked for; messages that are none are left out, and ``unreadable``."""
-        wanted = {topic: schema for topic, schema in self._read.items() if topics is None or topic in topics}
+        wanted = {topic: schema for topic, schema in self._schemas.items() if topics is None or topic in topics}
         self._tally.begin(wanted)
         for topic in wanted:
             self._empty.pop(topic, None)
