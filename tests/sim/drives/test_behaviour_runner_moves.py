@@ -14,9 +14,10 @@ from refseq_bench.robots.behaviours.guarded import PATIENCE
 from refseq_bench.robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
 from refseq_bench.robots.segway_rmp import MOUNTING
 from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.control_period import CONTROL_PERIOD
 from refseq_bench.sim.drives.behaviour_runner import description_of, run, running
 from refseq_bench.worlds.build import World
-from tests.sim.drives.behaving_in import BOX, PERFECT, behaved, corridor
+from tests.sim.drives.behaving_in import BOX, PERFECT, Behaved, behaved, corridor
 from tests.sim.machines import ROBOTS, mostly
 
 SLIP = {"robuter": 0.003, "segway_rmp": 0.0}
@@ -102,8 +103,13 @@ def test_it_waits_for_somebody_who_leaves_the_way_and_then_goes_on(robot: str) -
     assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert not done.touched
     assert done.rest.x == pytest.approx(9.0, abs=0.05)
-    before = (done.ended.path[:, 0] > 3.6) & (done.ended.path[:, 0] < 5.6)
-    assert 0.04 * np.count_nonzero(before) > 2.0 / 0.5 + 2.0  # the 2 m before the place took some seconds more
+    assert time_before_the_person(done) > time_before_the_person(behaved(corridor(12), robot, "MA:7,0")) + 2.0
+
+
+def time_before_the_person(done: Behaved) -> float:
+    """Seconds on the 2 m before the place where somebody stands."""
+    x = done.ended.path[:, 0]
+    return CONTROL_PERIOD * np.count_nonzero((x > 3.6) & (x < 5.6))
 
 
 def test_the_tail_of_a_robuter_finds_no_room_at_a_wall_that_it_has_seen(room: World) -> None:
