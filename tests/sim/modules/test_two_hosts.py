@@ -1,4 +1,4 @@
-"""Modules on two hosts, played by two network namespaces: the key is asked for, and a cable that is cut is noticed."""
+"""Modules on two hosts, played by two network namespaces: a mission, the key, and a cable that is cut."""
 
 import os
 import shutil
@@ -20,6 +20,7 @@ STEPS = 90
 """Steps of 0.05 s, more than go by until the cable is there again."""
 KEY, OTHER = "3f9ab27c0d1e4856", "ffffffffffffffff"
 ROOT = Path(__file__).resolve().parents[3]
+REFSEQ = Path(sys.executable).with_name("refseq")
 SPEAKS = f"""
 import sys, time
 from refseq.modules.link import opened, policy_for
@@ -54,13 +55,19 @@ class Host:
     def ip(self, words: str) -> None:
         subprocess.run(["nsenter", "-t", str(self.pid), "-n", "ip", *words.split()], check=True, capture_output=True)
 
-    def python(self, program: str, *words: str) -> "Talker":
-        command = ["nsenter", "-t", str(self.pid), "-n", sys.executable, "-u", "-c", program, *words]
+    def python(self, *words: str | Path) -> "Talker":
+        command = ["nsenter", "-t", str(self.pid), "-n", sys.executable, "-u", *words]
         process = subprocess.Popen(
-            command, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, text=True
+            command,
+            env={**os.environ, "PYTHONPATH": str(ROOT), "REFSEQ_TOKEN": KEY},
+            stdout=subprocess.PIPE,
+            text=True,
         )
         self.stack.callback(lambda: (process.kill(), process.wait(), process.stdout.close()))
         return Talker(process)
+
+    def refseq(self, *words: str | Path) -> "Talker":
+        return self.python(REFSEQ, *words)
 
 
 class Talker:
@@ -70,6 +77,11 @@ class Talker:
     def until(self, begin: str) -> str:
         """The next line that begins so."""
         return next(line for line in self.process.stdout if line.startswith(begin))
+
+
+def refseq(folder: Path, *words: str) -> str:
+    """Output of a command that runs here, in one process."""
+    return subprocess.run([REFSEQ, *words], cwd=folder, check=True, capture_output=True, text=True).stdout
 
 
 @pytest.fixture
@@ -91,13 +103,14 @@ def hosts() -> Iterator[tuple[Host, Host]]:
             pytest.skip(f"no virtual cable here: {error.stderr!r}")
         for host, address in ((robot, ROBOT), (desk, DESK)):
             host.ip(f"address add {address}/24 dev cable")
+            host.ip("link set lo up")  # who talks to the own address
             host.ip("link set cable up")
         yield robot, desk
 
 
 def test_the_key_lets_in_and_a_cut_cable_is_noticed_on_both_sides(hosts: tuple[Host, Host]) -> None:
     robot, desk = hosts
-    speaks, hears = robot.python(SPEAKS), desk.python(HEARS, KEY)
+    speaks, hears = robot.python("-c", SPEAKS), desk.python("-c", HEARS, KEY)
     speaks.until("control True")
     hears.until("step 0")  # from before it came
     robot.ip("link set cable down")
@@ -113,11 +126,28 @@ def test_the_key_lets_in_and_a_cut_cable_is_noticed_on_both_sides(hosts: tuple[H
 
 def test_another_key_is_not_let_in(hosts: tuple[Host, Host]) -> None:
     robot, desk = hosts
-    robot.python(SPEAKS)
-    stranger = desk.python(HEARS, OTHER)
+    robot.python("-c", SPEAKS)
+    stranger = desk.python("-c", HEARS, OTHER)
     assert "or another token" in stranger.until("waits")
-    friend = desk.python(HEARS, KEY)
+    friend = desk.python("-c", HEARS, KEY)
     friend.until("step 0")
     assert stranger.process.poll() is None
     stranger.process.kill()
     assert stranger.process.stdout.read() == ""
+
+
+def test_a_mission_over_two_hosts_is_that_of_one_process(hosts: tuple[Host, Host], tmp_path: Path) -> None:
+    """As the page on modules has it: robot and Control layer on the one, localiser and executor on the other."""
+    robot, desk = hosts
+    map_file, mission = tmp_path / "offices.refseq", "[LD_LDMC]"
+    refseq(tmp_path, "record", "offices", "--behaviours", "MN:26", "--renderer", "none", "-o", "offices.mcap")
+    refseq(tmp_path, "learn", "offices.mcap", "--profile", "best", "-o", map_file.name)
+    alone = refseq(tmp_path, "mission", "run", map_file.name, mission, "--renderer", "none")
+    robot.refseq("module", "robot", map_file, "--renderer", "none", "--host", ROBOT)
+    robot.refseq("module", "control", "--address", ROBOT)
+    desk.refseq("module", "localiser", map_file, "--address", ROBOT)
+    executor = desk.refseq("module", "mission", map_file, mission, "--address", ROBOT)
+    log = [line for line in executor.process.stdout if line in alone.splitlines(keepends=True)]
+    assert executor.process.wait() == 0
+    assert "".join(log) == alone
+    assert log[-1].endswith("the mission is completed\n")
