@@ -16,18 +16,24 @@ from refseq.map.map import Map
 from refseq.map.tracking.stages import ChainTracker
 from refseq.map.tracking.stands import Stands
 from refseq.view import View
-from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.tables import NONE, TextTable
 
 
 @dataclass(frozen=True, slots=True)
 class BestPaths:
     """The best paths of a drive, the first one best, with each one's share of the belief in all paths.
 
-    The views tell ``told`` of ``unknown`` bits: so much is a path uncertain by the odometer alone.
+    ``right`` and ``right_narrow`` count the views on the map that a path has at a place within 1.5 m and 0.5 m of the
+    truth; of none where no truth is known. The views tell ``told`` of ``unknown`` bits: so much is a path uncertain by
+    the odometer alone.
     """
 
     paths: Sequence[RankedPath]
     shares: Sequence[float]
+    right: Sequence[Proportion]
+    right_narrow: Sequence[Proportion]
     told: float
     unknown: float
 
@@ -51,7 +57,16 @@ def best_paths(
     unknown = trajectory_entropy([_blind(one) for one in observations], chain) / math.log(2)
     left = trajectory_entropy(observations, chain) / math.log(2)
     of_views = [replace(one, states=tuple(one.states[k] for k in number)) for one in found]
-    return BestPaths(of_views, [shares[one.states] for one in found], unknown - left, unknown)
+    truth = ReferencePath([View(0.0, truth=pose) for pose in map_.poses])
+    right, narrow = ([_success(one, truth, views, within) for one in of_views] for within in (WIDE, NARROW))
+    return BestPaths(of_views, [shares[one.states] for one in found], right, narrow, unknown - left, unknown)
+
+
+def _success(path: RankedPath, truth: ReferencePath, views: Sequence[View], tolerance: Tolerance) -> Proportion:
+    """Views on the map that the path has at a right place, as ``Score.success`` counts them."""
+    near = [truth.within(view.truth, tolerance) for view in views]
+    due = [(state, places) for state, places in zip(path.states, near, strict=True) if places.any()]
+    return Proportion(sum(state < len(places) and bool(places[state]) for state, places in due), len(due))
 
 
 def _blind(observation: Observation) -> Observation:
@@ -61,10 +76,16 @@ def _blind(observation: Observation) -> Observation:
 
 def paths_table(title: str, found: BestPaths, places: int) -> TextTable:
     """A row a path: how much less its score is than the best one's, its share, and its course."""
-    table = TextTable("path", ">nats", ">share", "places, by the views", title=title, wraps=("places, by the views",))
-    for number, (path, share) in enumerate(zip(found.paths, found.shares, strict=True), start=1):
+    table = TextTable(
+        *("path", ">nats", ">share", ">right (0.5 m)", "places, by the views"),
+        title=title,
+        wraps=("places, by the views",),
+    )
+    columns = zip(found.paths, found.shares, found.right, found.right_narrow, strict=True)
+    for number, (path, share, right, narrow) in enumerate(columns, start=1):
         less = path.log_score - found.paths[0].log_score
-        table.add_row(str(number), f"{less:.2f}", f"{100 * share:.3g} %", course(path.states, places))
+        told = f"{right.successes} ({narrow.successes}) of {right.trials}" if right.trials else NONE
+        table.add_row(str(number), f"{less:.2f}", f"{100 * share:.3g} %", told, course(path.states, places))
     return table
 
 

@@ -6,6 +6,7 @@ import pytest
 from refseq.map.learning import learn
 from refseq.map.profile import BEST, THESIS, Profile
 from refseq_bench.scenarios.maps.paths import best_paths, course
+from refseq_bench.scenarios.scoring.proportion import Proportion
 from tests.refseq.health.drives import drive
 from tests.refseq.rooms import bits_drive, bits_map
 
@@ -34,6 +35,19 @@ def test_a_drive_that_sees_what_was_learnt_is_told_from_all_others(profile: Prof
     terms = best_paths(bits_map(views, profile), views[2:11], 20, durations=1.0, second_order=1.0)
     assert terms.paths[0].states == found.paths[0].states
     assert {one.states for one in terms.paths} == {one.states for one in found.paths}
+
+
+def test_a_path_is_right_where_its_places_are_near_the_truth() -> None:
+    """Places and views 0.85 m apart: paths that are right throughout, somewhere a place ahead, or lost."""
+    learnt, asked = drive(24, seed=1), drive(24, seed=2)[:12]
+    map_ = learn(learnt)
+    found = best_paths(map_, asked, 200)
+    assert found.right[0] == found.right_narrow[0] == Proportion(12, 12)
+    for path, right in zip(found.paths, found.right_narrow, strict=True):
+        off = [abs(state - number) if state < 24 else 24 for number, state in enumerate(path.states)]
+        assert right == Proportion(sum(one == 0 for one in off), 12)
+    unknown = best_paths(map_, [replace(view, truth=None) for view in asked], 2)
+    assert unknown.right == unknown.right_narrow == [Proportion(0, 0)] * 2
 
 
 @pytest.mark.quick_cases("thesis")
