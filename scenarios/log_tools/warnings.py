@@ -68,7 +68,7 @@ def _of_clocks(found: LogSurvey) -> Iterator[str]:
 def _of_other_times(topic: TopicSurvey, found: LogSurvey) -> Iterator[str]:
     if topic in found.other_times:
         away = topic.timing.first - found.start
-        lie = f"{span_text(abs(away))} {'behind' if away > 0 else 'before'}"
+        lie = f"{duration_text(abs(away))} {'behind' if away > 0 else 'before'}"
         yield f"its stamps lie {lie} those of the others; its times are told from its own first message on"
 
 
@@ -135,11 +135,3 @@ def _faster(found: LogSurvey, findings: Findings, topic: str) -> bool:
     """A sensor of a higher rate than the leading one has samples between views: nothing is wrong with that."""
     rates = {one.name: one.timing.rate for one in found.topics}
     return bool(findings.leading) and rates[topic] > 1.1 * rates[findings.leading]
-
-
-DAY = 86_400.0
-
-
-def span_text(seconds: float) -> str:
-    """A time between clocks, in days where it is long."""
-    return duration_text(seconds) if seconds < 2 * DAY else f"{seconds / DAY:.1f} days"

@@ -7,6 +7,9 @@ from refseq.belief import Belief
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, median_way
 from refseq_bench.scenarios.tables import NONE
 
+DAY = 86_400.0
+"""Length of a day [s]."""
+
 
 def metres(value: float) -> str:
     """A length [m]."""
@@ -23,9 +26,11 @@ def size_text(count: float) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """A time on the wall clock."""
+    """A time on the wall clock, in days where it is long."""
     if seconds < 60:
         return f"{seconds:.1f} s"
+    if seconds >= 2 * DAY:
+        return f"{seconds / DAY:.1f} days"
     minutes, left = divmod(round(seconds), 60)
     return f"{minutes} min {left:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
 

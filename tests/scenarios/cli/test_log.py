@@ -48,6 +48,14 @@ def test_info_tells_topics_rates_and_how_a_drive_was_made(drive, capsys):
     assert "robot: mine" in out
 
 
+def test_a_clock_that_jumps_by_years_is_told_in_days(tmp_path, views, capsys):
+    """As a counter does that wraps."""
+    late = [view if k < 3 else replace(view, time=view.time + 2.0**30) for k, view in enumerate(views)]
+    code, out, _ = run(capsys, "info", write(tmp_path / "jump.mcap", late))
+    assert code == 0
+    assert "12427.6 days by its stamps, complete" in out
+
+
 def test_a_layout_for_foxglove(drive, tmp_path, capsys):
     target = tmp_path / "layout.json"
     assert run(capsys, "layout", drive, "-o", target) == (0, f"{target}\n", "")
