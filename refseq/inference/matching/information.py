@@ -175,6 +175,7 @@ def coin_entropy(p: NDArray[np.float64] | float) -> NDArray[np.float64]:
 
 def _mean(bits: NDArray[np.float64], limit: float) -> Information:
     """Mean and standard error."""
+    if not np.isfinite(bits).all():
+        return Information(float(bits.mean()), limit, math.inf)
     spread = 0.0 if len(bits) == 1 else np.std(bits)  # scores ask view by view
-    error = float(spread / math.sqrt(len(bits))) if np.isfinite(bits).all() else math.inf
-    return Information(float(bits.mean()), limit, error)
+    return Information(float(bits.mean()), limit, float(spread / math.sqrt(len(bits))))
