@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from refseq.view import ASSUMED
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
-from refseq_bench.scenarios.report.words import DAY, duration_text, size_text
+from refseq_bench.scenarios.report.words import IN_DAYS, duration_text, size_text
 from refseq_bench.scenarios.tables import plural
 
 if TYPE_CHECKING:  # a list of topics needs none of them
@@ -41,7 +41,7 @@ def _span_text(seconds: float) -> str:
     """Time that a log lasts; no drive takes days, but a clock may jump by them."""
     if math.isnan(seconds):
         return NONE
-    return f"{seconds:.1f} s" if seconds < 2 * DAY else f"{duration_text(seconds)} by its stamps"
+    return f"{seconds:.1f} s" if seconds < IN_DAYS else f"{duration_text(seconds)} by its stamps"
 
 
 def rate_text(topic: TopicSurvey) -> str:

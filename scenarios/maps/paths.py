@@ -58,15 +58,20 @@ def best_paths(
     left = trajectory_entropy(observations, chain) / math.log(2)
     of_views = [replace(one, states=tuple(one.states[k] for k in number)) for one in found]
     truth = ReferencePath([View(0.0, truth=pose) for pose in map_.poses])
-    right, narrow = ([_success(one, truth, views, within) for one in of_views] for within in (WIDE, NARROW))
+    right, narrow = (_successes(of_views, truth, views, tolerance) for tolerance in (WIDE, NARROW))
     return BestPaths(of_views, [shares[one.states] for one in found], right, narrow, unknown - left, unknown)
 
 
-def _success(path: RankedPath, truth: ReferencePath, views: Sequence[View], tolerance: Tolerance) -> Proportion:
-    """Views on the map that the path has at a right place, as ``Score.success`` counts them."""
+def _successes(
+    paths: Sequence[RankedPath], truth: ReferencePath, views: Sequence[View], tolerance: Tolerance
+) -> list[Proportion]:
+    """Views on the map that each path has at a right place, as ``Score.success`` counts them."""
     near = [truth.within(view.truth, tolerance) for view in views]
-    due = [(state, places) for state, places in zip(path.states, near, strict=True) if places.any()]
-    return Proportion(sum(state < len(places) and bool(places[state]) for state, places in due), len(due))
+    due = sum(bool(right.any()) for right in near)
+    counts = [
+        sum(s < truth.size and bool(right[s]) for s, right in zip(one.states, near, strict=True)) for one in paths
+    ]
+    return [Proportion(count, due) for count in counts]
 
 
 def _blind(observation: Observation) -> Observation:

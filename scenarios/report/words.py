@@ -9,6 +9,8 @@ from refseq_bench.scenarios.tables import NONE
 
 DAY = 86_400.0
 """Length of a day [s]."""
+IN_DAYS = 2 * DAY
+"""A time is told in days from so long on [s]."""
 
 
 def metres(value: float) -> str:
@@ -29,7 +31,7 @@ def duration_text(seconds: float) -> str:
     """A time on the wall clock, in days where it is long."""
     if seconds < 60:
         return f"{seconds:.1f} s"
-    if seconds >= 2 * DAY:
+    if seconds >= IN_DAYS:
         return f"{seconds / DAY:.1f} days"
     minutes, left = divmod(round(seconds), 60)
     return f"{minutes} min {left:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"

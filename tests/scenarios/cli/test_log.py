@@ -49,7 +49,7 @@ def test_info_tells_topics_rates_and_how_a_drive_was_made(drive, capsys):
 
 
 def test_a_clock_that_jumps_by_years_is_told_in_days(tmp_path, views, capsys):
-    """As a counter does that wraps."""
+    """Stamps jump ahead by 2^30 s, as where a counter wraps."""
     late = [view if k < 3 else replace(view, time=view.time + 2.0**30) for k, view in enumerate(views)]
     code, out, _ = run(capsys, "info", write(tmp_path / "jump.mcap", late))
     assert code == 0

@@ -43,9 +43,10 @@ def test_a_path_is_right_where_its_places_are_near_the_truth() -> None:
     map_ = learn(learnt)
     found = best_paths(map_, asked, 200)
     assert found.right[0] == found.right_narrow[0] == Proportion(12, 12)
-    for path, right in zip(found.paths, found.right_narrow, strict=True):
+    for path, right, narrow in zip(found.paths, found.right, found.right_narrow, strict=True):
         off = [abs(state - number) if state < 24 else 24 for number, state in enumerate(path.states)]
-        assert right == Proportion(sum(one == 0 for one in off), 12)
+        assert narrow == Proportion(off.count(0), 12)
+        assert right == Proportion(sum(one <= 1 for one in off), 12)
     unknown = best_paths(map_, [replace(view, truth=None) for view in asked], 2)
     assert unknown.right == unknown.right_narrow == [Proportion(0, 0)] * 2
 
