@@ -13,6 +13,7 @@ from refseq.inference.matching.information import Information, Noise, feature_in
 from refseq.map.localiser import smoothed
 from refseq.map.map import Map
 from refseq.view import View
+from refseq_bench.scenarios.drives.evaluate import places_as_views
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.path_geometry import WIDE, ReferencePath
 from refseq_bench.scenarios.tables import TextTable
@@ -46,7 +47,7 @@ class ViewAtPlace:
 
 def placed(map_: Map, views: Sequence[View]) -> Iterator[ViewAtPlace]:
     """The views that were taken at a place of the map, by true poses; where those lack, by the chain in hindsight."""
-    path = ReferencePath([View(0.0, truth=pose) for pose in map_.poses])
+    path = ReferencePath(places_as_views(map_))
     if path.known and any(view.truth is not None for view in views):
         for view in views:
             if path.within(view.truth, WIDE).any() and (place := path.nearest(view.truth)) is not None:

@@ -16,6 +16,7 @@ from refseq.map.map import Map
 from refseq.map.tracking.stages import ChainTracker
 from refseq.map.tracking.stands import Stands
 from refseq.view import View
+from refseq_bench.scenarios.drives.evaluate import places_as_views
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from refseq_bench.scenarios.tables import NONE, TextTable
@@ -57,7 +58,7 @@ def best_paths(
     unknown = trajectory_entropy([_blind(one) for one in observations], chain) / math.log(2)
     left = trajectory_entropy(observations, chain) / math.log(2)
     of_views = [replace(one, states=tuple(one.states[k] for k in number)) for one in found]
-    truth = ReferencePath([View(0.0, truth=pose) for pose in map_.poses])
+    truth = ReferencePath(places_as_views(map_))
     right, narrow = (_successes(of_views, truth, views, tolerance) for tolerance in (WIDE, NARROW))
     return BestPaths(of_views, [shares[one.states] for one in found], right, narrow, unknown - left, unknown)
 
@@ -69,7 +70,8 @@ def _successes(
     near = [truth.within(view.truth, tolerance) for view in views]
     due = sum(bool(right.any()) for right in near)
     counts = [
-        sum(s < truth.size and bool(right[s]) for s, right in zip(one.states, near, strict=True)) for one in paths
+        sum(state < truth.size and bool(right[state]) for state, right in zip(one.states, near, strict=True))
+        for one in paths
     ]
     return [Proportion(count, due) for count in counts]
 
