@@ -103,7 +103,7 @@ BEST = Profile(
     features=("sift", "dense", "walls", "doors", "boundary", "sectors"),
     method=MethodSettings(Matching.LOG_RATIO, Decoder.FORWARD),
     sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
-    log_ratio=LogRatioSettings(scans_alone=6, geometry=6, usual=100, fixes=5, tail=2.0),
+    log_ratio=LogRatioSettings(scans=6, geometry=6, usual=100, fixes=5, tail=2.0),
     motion=MotionSettings(slack=0.1, drift=0.1, tail=0.02, interpolated=True, odometer_scale=0.1),
     chain=ChainSettings(
         lost_per_metre=0.01,

@@ -22,7 +22,7 @@ QUERY = [replace(view, images={}) for view in drive(30, seed=2)]
 @cache
 def learnt() -> Map:
     """A map that is asked as the bare matcher answers."""
-    return learn(REFERENCE, profile="best+log_ratio.scans_alone=0+log_ratio.usual=0+log_ratio.fixes=0")
+    return learn(REFERENCE, profile="best+log_ratio.scans=0+log_ratio.usual=0+log_ratio.fixes=0")
 
 
 START = 10

@@ -50,13 +50,13 @@ def right_of(beliefs: list[Belief]) -> int:
 
 
 def test_scans_find_what_words_fixed_to_the_robot_do_not(asked: Map, views: list[View]) -> None:
-    words = learn(drive(REFERENCE), profile="best+log_ratio.scans_alone=0")
+    words = learn(drive(REFERENCE), profile="best+log_ratio.scans=0")
     assert right(asked, views) >= 18
     assert right(words, views) <= 10
 
 
 def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
-    map_ = learn(drive(REFERENCE), profile="best+log_ratio.scans_alone=0")
+    map_ = learn(drive(REFERENCE), profile="best+log_ratio.scans=0")
     poses = PosesBeside(map_)
     poses.take(views[3].scan)
     measured = Matcher(map_).match(views[3])
@@ -67,14 +67,14 @@ def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
     ("settings", "sensors", "most"),
     [
         ("", {LASER}, 6),
-        ("", {LASER, "camera"}, 0),
-        ("", {"camera"}, 0),
-        ("+log_ratio.scans=4", {LASER, "camera"}, 4),
-        ("+log_ratio.scans=4", {LASER}, 6),
-        ("+log_ratio.scans=9", {LASER}, 9),
+        ("", {LASER, "camera"}, 6),
+        ("+log_ratio.scans=0", {LASER}, 0),
+        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER}, 6),
+        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER, "camera"}, 0),
+        ("+log_ratio.scans=9+log_ratio.scans_alone=6", {LASER}, 9),
     ],
 )
-def test_a_laser_alone_asks_for_scans(settings: str, sensors: set[str], most: int) -> None:
+def test_scans_are_asked_for_with_cameras_or_only_without(settings: str, sensors: set[str], most: int) -> None:
     map_ = learn(drive(REFERENCE[:8]), profile=f"best{settings}")
     assert ScanBlock(map_, PosesBeside(map_), sensors).most == most
 
@@ -173,7 +173,7 @@ def test_a_drive_beside_the_path_is_added_by_its_scans(asked: Map, views: list[V
     """By words alone hardly a view of it is found."""
     assert add_drive(asked, views).placed >= 18
     with pytest.raises(MapError, match="are found on the map"):
-        add_drive(learn(drive(REFERENCE), profile="best+log_ratio.scans_alone=0"), views)
+        add_drive(learn(drive(REFERENCE), profile="best+log_ratio.scans=0"), views)
 
 
 def test_maps_of_before_do_not_ask() -> None:
