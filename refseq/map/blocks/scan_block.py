@@ -1,21 +1,35 @@
-"""The scan as evidence: laid on the scans of the few likeliest places (docs/decisions/0033-the-scan-as-a-scan.md)."""
+"""The scan as evidence: laid on the scans of the few likeliest places (docs/decisions/0054-scans-with-cameras.md).
 
-from collections.abc import Collection, Mapping
+A robot between two places sees less of what either of them showed than one that stands right at a place of some other
+corridor like theirs, and view after view has the same distance to its places. So a scan's score is raised by what
+scores fall by on the way to the next place, and the nearest of neighbours loses nothing for its distance.
+"""
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.matching.log_ratio import Calibration
+from refseq.inference.paths import usual_step
 from refseq.map.blocks.few_places import pairs_elsewhere
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
-from refseq.scan_matching.fit import LaidScan, fitted, laid_scan
+from refseq.scan_matching.fit import ScanFit, fitted, laid_scan
 from refseq.view import LASER
 
 VIEWS, PLACES = 40, 5
 """So many views of the reference, spread evenly, are laid on so many places each: what a place elsewhere scores."""
 NEAR = 0.4
-"""A place counts less the farther along from it [m] the scan puts the robot: by a factor of 0.6 so far off."""
+"""Of places beside each other one counts less the farther along from it [m] the scan puts the robot than from the
+nearest: by a factor of 0.6 so far off."""
+BESIDE = 2
+"""Places learnt so many views of a path apart are beside each other, and see the same walls."""
+STOOD = 0.05
+"""A robot that has gone no farther [m] has stood, and saw the same."""
 NOTHING = -1.0
 """Score of a scan that does not lie on the place's at all."""
 
@@ -42,9 +56,9 @@ class ScanBlock:
 
     def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,)."""
-        calibration = self._map.once(scans_elsewhere)
-        told = calibration.log_ratios(np.array([self._score(place) for place in places.tolist()]))
-        told -= np.square([self._off(place) / NEAR for place in places.tolist()]) / 2
+        known, fits = self._map.once(known_scans), [self._poses.fit(place) for place in places.tolist()]
+        told = known.elsewhere.log_ratios(scores(fits, known.fall, known.half))
+        told -= farther(fits, self._map.in_a_row(places[:, None], places, BESIDE))
         told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
         return told
 
@@ -53,26 +67,49 @@ class ScanBlock:
         del places
         return {}
 
-    def _off(self, place: int) -> float:
-        """Distance along from a place to where the fit puts the robot [m]: neighbours see the same walls."""
-        fit = self._poses.fit(place)
-        return 0.0 if fit is None else float(fit.motion[0])
 
-    def _score(self, place: int) -> float:
-        fit = self._poses.fit(place)
-        return NOTHING if fit is None else fit.score
+class KnownScans(NamedTuple):
+    """What a map's own scans tell of scores: ``elsewhere`` those of places that are not a view's, calibrated.
+
+    Scores ``fall`` by so much on the way from place to place [1/m]. A robot on a path is no farther than ``half`` a
+    step [m] from the nearest, so that none is raised by more than that.
+    """
+
+    elsewhere: Calibration
+    fall: float
+    half: float
 
 
-def scans_elsewhere(map_: Map) -> Calibration:
-    """Scores of scans at places that are not theirs, by the reference's own scans."""
-    scans: dict[int, LaidScan | None] = {}
-    scores = []
-    for view, place in pairs_elsewhere(map_, VIEWS, PLACES):
-        for one in (view, place):
-            if one not in scans:
-                scans[one] = laid_scan(map_.scan(one))
-        seen, there = scans[view], scans[place]
-        if seen is not None and there is not None:
-            fit = fitted(there, seen)
-            scores.append(NOTHING if fit is None else fit.score)
-    return Calibration(np.array(scores))
+def known_scans(map_: Map) -> KnownScans:
+    """By the reference's own scans: some laid on those of places far from them, some on the place before them."""
+    laid = lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
+
+    def fit(view: int, place: int) -> ScanFit | None:
+        seen, there = laid(view), laid(place)
+        return None if seen is None or there is None else fitted(there, seen)
+
+    far = [pair for pair in pairs_elsewhere(map_, VIEWS, PLACES) if all(laid(one) is not None for one in pair)]
+    ends = tuple((map_.first[1:] - 1).tolist())
+    half = usual_step(np.concatenate([sequence.along for sequence in map_.sequences]), ends) / 2
+    views = np.unique(np.linspace(1, len(map_) - 1, VIEWS).round().astype(int)) if len(map_) > 1 else np.zeros(0, int)
+    fall = falls([fit(view, view - 1) for view in views[map_.in_a_row(views, views - 1, 1)].tolist()])
+    return KnownScans(Calibration(scores([fit(*pair) for pair in far], fall, half)), fall, half)
+
+
+def falls(fits: Sequence[ScanFit | None]) -> float:
+    """By how much scores fall on the way from a place to a view behind it [1/m], the median of such ``fits``; or 0."""
+    ways = [(1.0 - fit.score) / way for fit in fits if fit is not None and (way := abs(fit.motion[0])) > STOOD]
+    return float(np.median(ways)) if ways else 0.0
+
+
+def scores(fits: Sequence[ScanFit | None], fall: float, half: float) -> NDArray[np.float64]:
+    """Scores of scans, (n,), as they would be had the robot stood right at the places."""
+    return np.array([NOTHING if fit is None else fit.score + fall * min(abs(fit.motion[0]), half) for fit in fits])
+
+
+def farther(fits: Sequence[ScanFit | None], beside: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """By how much less places count than the nearest of those ``beside`` (n, n) each of them, (n,), as a logarithm."""
+    off = np.array([math.inf if fit is None else (fit.motion[0] / NEAR) ** 2 / 2 for fit in fits])
+    nearest = np.where(beside, off, math.inf).min(axis=1, initial=math.inf)
+    lost: NDArray[np.float64] = np.subtract(off, nearest, out=np.zeros(len(off)), where=np.isfinite(off))
+    return lost

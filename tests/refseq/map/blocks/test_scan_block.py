@@ -9,7 +9,7 @@ from refseq.belief import Belief, Stage, belief_from
 from refseq.errors import MapError
 from refseq.map.blocks import scan_block
 from refseq.map.blocks.few_places import FewPlaces, pairs_elsewhere
-from refseq.map.blocks.scan_block import ScanBlock
+from refseq.map.blocks.scan_block import NEAR, NOTHING, ScanBlock, falls, farther, scores
 from refseq.map.growth.adding import add_drive
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
@@ -21,6 +21,7 @@ from refseq.planar import Pose
 from refseq.scan_matching.fit import LaidScan, ScanFit, fitted
 from refseq.view import LASER, Scan, View
 from tests.refseq.map.test_poses_beside import LATER, drive
+from tests.refseq.rooms import cast, rectangle
 
 REFERENCE = [Pose(1.0 + 0.85 * k, 0.0, 0.0) for k in range(28)]
 
@@ -94,15 +95,62 @@ def test_few_places_are_weighed_and_no_other_changes(asked: Map, views: list[Vie
     assert weighed.timings.matching > measured.timings.matching
 
 
-def test_a_place_is_off_by_what_lies_between_along_the_path_alone(asked: Map, views: list[View]) -> None:
+def test_where_a_scan_lies_along_its_place_is_not_where_it_lies_beside_it(asked: Map, views: list[View]) -> None:
     """The robot goes 0.2 m beside it all the way, which is the same for all of them."""
     poses = PosesBeside(asked)
-    block = ScanBlock(asked, poses, {LASER})
     for number, view in enumerate(views[:8]):
         poses.take(view.scan)
         for place in (number, number + 1):
+            fit = poses.fit(place)
             assert view.truth is not None
-            assert block._off(place) == pytest.approx(view.truth.x - REFERENCE[place].x, abs=0.03)
+            assert fit is not None
+            assert fit.motion[0] == pytest.approx(view.truth.x - REFERENCE[place].x, abs=0.03)
+
+
+def at(along: float, score: float) -> ScanFit:
+    """A scan that lies so far along [m]."""
+    return ScanFit(np.array([along, 0.0, 0.0]), np.eye(3), 1.0, score)
+
+
+def test_scores_fall_towards_the_next_place_and_a_stand_tells_nothing_of_that() -> None:
+    assert falls([at(0.8, 0.6), at(-0.8, 0.8), at(0.01, 0.9), None, at(0.5, 0.9)]) == pytest.approx(0.25)
+    assert falls([None, at(0.01, 0.9)]) == 0.0
+
+
+def test_a_robot_between_places_scores_as_one_at_a_place() -> None:
+    """Of the same walls: each place takes 0.3 a metre from a scan, up to the middle between two."""
+    same = [at(0.0, 0.9), at(0.2, 0.84), at(-0.4, 0.78)]
+    assert scores(same, 0.3, 0.425) == pytest.approx([0.9] * 3)
+    assert scores([at(0.8, 0.66), None], 0.3, 0.425) == pytest.approx([0.66 + 0.3 * 0.425, NOTHING])
+
+
+def test_the_nearest_of_neighbours_loses_nothing_for_its_distance() -> None:
+    """Places 0 and 1 are beside each other, place 2 beside none of them."""
+    beside = np.array([[True, True, False], [True, True, False], [False, False, True]])
+    assert farther([at(0.3, 1.0), at(-0.5, 1.0), at(0.4, 1.0)], beside) == pytest.approx(
+        [0.0, (0.5**2 - 0.3**2) / 2 / NEAR**2, 0.0]
+    )
+    assert farther([None, at(-0.5, 1.0), None], beside) == pytest.approx(np.zeros(3))
+    assert farther([], np.zeros((0, 0), bool)).shape == (0,)
+
+
+def test_a_robot_half_way_between_places_may_as_well_be_at_its_own_as_at_a_like_one() -> None:
+    """Pillars every five and a half places: half-way between two is right at a place of the next pillar."""
+    pillars = [(x, y, x, 0.6 * y) for x in np.arange(3.0, 57.0, 5.5 * 0.85).tolist() for y in (1.2, -1.2)]
+    walls = [*rectangle(0, -1.2, 58, 1.2), *pillars]
+
+    def drawn(start: float, count: int) -> list[View]:
+        poses = [Pose(start + 0.85 * k, 0.0, 0.0) for k in range(count)]
+        return [View(float(k), scan=cast(walls, pose), distance=0.85 * bool(k)) for k, pose in enumerate(poses)]
+
+    map_ = learn(drawn(1.0, 64), profile=BEST)
+    poses = PosesBeside(map_)
+    block = ScanBlock(map_, poses, {LASER})
+    for number, view in enumerate(drawn(1.0 + 20.5 * 0.85, 8), 20):
+        poses.take(view.scan)
+        own = block.log_ratios(np.array([number, number + 1])).max()
+        like = block.log_ratios(np.array([number - 5, number + 6])).max()
+        print(number, own, like)
 
 
 def test_places_elsewhere_average_no_more_than_one(asked: Map, views: list[View]) -> None:
@@ -159,10 +207,10 @@ def test_scans_elsewhere_are_laid_once_a_map(views: list[View], monkeypatch: pyt
     map_ = learn(drive(REFERENCE), profile=BEST)
     first, second = (Localiser(map_).update(views[3]) for _ in range(2))
     pairs = len(list(pairs_elsewhere(map_, scan_block.VIEWS, scan_block.PLACES)))
-    assert len(laid) == pairs > 0
+    assert len(laid) == pairs + len(REFERENCE) - 1 > 0
     assert first.places.tobytes() == second.places.tobytes()
     Localiser(replace(map_)).update(views[3])
-    assert len(laid) == 2 * pairs
+    assert len(laid) == 2 * (pairs + len(REFERENCE) - 1)
 
 
 def test_hindsight_asks_scans_as_well(asked: Map, views: list[View]) -> None:
