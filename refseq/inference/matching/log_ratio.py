@@ -39,8 +39,8 @@ class LogRatioSettings:
     ``apart`` [m] away, ``views`` of them at most, spread evenly, for a sample of ``scores`` at most.
 
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
-    while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked:
-    words of a laser tell the corridor rather than the place. ``geometry`` is the same of a view's keys of SIFT, which a
+    while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked,
+    if that is more. ``geometry`` is the same of a view's keys of SIFT, which a
     map that is learnt with it holds for each place: each takes 0.3 ms a camera. ``turns`` is how much of the way behind
     the robot the chain compares with the ways to the places (``refseq.map.tracking.turns_behind``) [m]; 0: none.
     ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they brought
