@@ -36,6 +36,8 @@ class Measurement:
     the robot has stood, and this view shows the same once more. ``log_ratio_carried`` is the log-likelihood ratio of a
     robot that was carried against one that came as its odometer tells [nats]; 0 where nothing tells, or nobody asks.
 
+    ``never_blind`` (K,) is the part of ``log_ratio`` that holds though the view's words may tell nothing: the scan's.
+
     Where usual views are asked for (``UsualViews``), ``by_block`` and ``power`` are those of the words' ``LogRatios``,
     the former with what other blocks brought at the places that they were asked about, NaN elsewhere, and ``noise`` is
     that of the view's pictures by camera [grey levels].
@@ -46,6 +48,7 @@ class Measurement:
     timings: Timings
     log_ratio: NDArray[np.float64] | None = None
     log_average: float = -math.inf
+    never_blind: NDArray[np.float64] | float = 0.0
     again: bool = False
     turn: float = math.nan
     by_block: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)

@@ -64,11 +64,14 @@ class FewPlaces:
         if not asked or len(words) < len(measured):
             return list(measured)
         by_words = np.concatenate(words)
-        ratios, brought = by_words.copy(), dict[str, NDArray[np.float64]]()
+        ratios, never_blind, brought = by_words.copy(), np.zeros(len(by_words)), dict[str, NDArray[np.float64]]()
         start = time.perf_counter()
         for block in asked:
             places = self._places(block.most, by_words, last, measured[0].distance)
-            ratios[places] = with_more(ratios[places], block.log_ratios(places), block.blind)
+            more = block.log_ratios(places)
+            ratios[places] = with_more(ratios[places], more, block.blind)
+            if not block.blind:
+                never_blind[places] += more
             for key, told in block.brought(places).items() if self._asks_usual else ():
                 brought[key] = np.full(len(ratios), np.nan)
                 brought[key][places] = told
@@ -76,6 +79,7 @@ class FewPlaces:
         weighed = [
             replace(
                 one.with_log_ratio(ratios[its]),
+                never_blind=never_blind[its],
                 by_block={**one.by_block, **{key: told[its] for key, told in brought.items()}},
             )
             for one, its in zip(measured, stretches, strict=True)

@@ -79,8 +79,9 @@ class UsualViews:
     def _weighed(self, measured: Measurement) -> Measurement:
         if measured.log_ratio is None or not self._usual:
             return measured
-        log_ratio = with_more(measured.log_ratio, -measured.power * self._against(measured), self._blind)
-        return measured.with_log_ratio(log_ratio)
+        by_what_may_be_blind = measured.log_ratio - measured.never_blind
+        doubted = with_more(by_what_may_be_blind, -measured.power * self._against(measured), self._blind)
+        return measured.with_log_ratio(doubted + measured.never_blind)
 
     def _against(self, measured: Measurement) -> NDArray[np.float64]:
         """Sum over the blocks of what speaks against each place, (K,), 0 or more."""
