@@ -56,6 +56,7 @@ def test_a_ratio_of_its_own_is_multiplied_behind_what_is_blind_with_words(map_: 
     expected = (BLIND + (1 - BLIND) * np.exp(WORDS + KEYS)) * np.exp(SCAN)
     assert weighed.log_ratio is not None
     np.testing.assert_allclose(np.exp(weighed.log_ratio), expected)
+    np.testing.assert_allclose(weighed.never_blind, SCAN)
 
 
 def test_what_blocks_brought_stands_beside_what_words_did_where_they_were_asked(map_: Map) -> None:

@@ -188,6 +188,23 @@ def test_what_is_not_sure_is_not_remembered(maps: tuple[Map, Map]) -> None:
     assert usual.weighed([replace(poorer[0], by_block={})])[0].log_ratio.tolist() == [0.0] * COUNT
 
 
+def test_what_holds_though_words_may_tell_nothing_is_not_doubted(maps: tuple[Map, Map]) -> None:
+    """A scan fits by lamplight as by day: it is added to doubted words, and does not go down with them."""
+    usual, places = UsualViews(maps[1]), np.eye(COUNT)[3]
+    view = Measurement(places, 0.85, Timings(), np.zeros(COUNT), by_block=both(4.0))
+    for _ in range(40):
+        usual.weighed([view])
+        usual.remember([view], belief_from(places, 0.0))
+    words = replace(view, by_block=both(-1.0))
+    scan = np.linspace(-1.5, 1.5, COUNT)
+    with_scan = replace(words, log_ratio=scan, never_blind=scan)
+    (doubted,), (both_told,) = usual.weighed([words]), usual.weighed([with_scan])
+    assert doubted.log_ratio is not None
+    assert both_told.log_ratio is not None
+    assert (doubted.log_ratio < 0).all()
+    assert both_told.log_ratio == pytest.approx(doubted.log_ratio + scan)
+
+
 SEEING = replace(BEST, log_ratio=replace(BEST.log_ratio, usual=100, blind=0.0))
 """Views are never blind, so that log ratios add up."""
 PLACE = np.eye(COUNT)[3]
