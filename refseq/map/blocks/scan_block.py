@@ -30,6 +30,8 @@ BESIDE = 2
 """Places learnt so many views of a path apart are beside each other, and see the same walls."""
 STOOD = 0.05
 """A robot that has gone no farther [m] has stood, and saw the same."""
+SURE = 2.0
+"""So many standard deviations of what chance brings."""
 NOTHING = -1.0
 """Score of a scan that does not lie on the place's at all."""
 
@@ -56,7 +58,10 @@ class ScanBlock:
 
     def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,)."""
-        known, fits = self._map.once(known_scans), [self._poses.fit(place) for place in places.tolist()]
+        known = self._map.once(known_scans)
+        if not known.tells:
+            return np.zeros(len(places))
+        fits = [self._poses.fit(place) for place in places.tolist()]
         told = known.elsewhere.log_ratios(scores(fits, known.fall, known.half))
         told -= farther(fits, self._map.in_a_row(places[:, None], places, BESIDE))
         told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
@@ -72,12 +77,15 @@ class KnownScans(NamedTuple):
     """What a map's own scans tell of scores: ``elsewhere`` those of places that are not a view's, calibrated.
 
     Scores ``fall`` by so much on the way from place to place [1/m]. A robot on a path is no farther than ``half`` a
-    step [m] from the nearest, so that none is raised by more than that.
+    step [m] from the nearest, so that none is raised by more than that. ``tells`` is False where the reference's own
+    scans score no better a step on than elsewhere: along a bare corridor a ratio is chance, which on the mean speaks
+    against the robot's place as against any.
     """
 
     elsewhere: Calibration
     fall: float
     half: float
+    tells: bool
 
 
 def known_scans(map_: Map) -> KnownScans:
@@ -92,8 +100,22 @@ def known_scans(map_: Map) -> KnownScans:
     ends = tuple((map_.first[1:] - 1).tolist())
     half = usual_step(np.concatenate([sequence.along for sequence in map_.sequences]), ends) / 2
     views = np.unique(np.linspace(1, len(map_) - 1, VIEWS).round().astype(int)) if len(map_) > 1 else np.zeros(0, int)
-    fall = falls([fit(view, view - 1) for view in views[map_.in_a_row(views, views - 1, 1)].tolist()])
-    return KnownScans(Calibration(scores([fit(*pair) for pair in far], fall, half)), fall, half)
+    steps = [fit(view, view - 1) for view in views[map_.in_a_row(views, views - 1, 1)].tolist()]
+    fall = falls(steps)
+    own, others = scores(steps, fall, half), scores([fit(*pair) for pair in far], fall, half)
+    return KnownScans(Calibration(others), fall, half, better(own, others))
+
+
+def better(own: NDArray[np.float64], others: NDArray[np.float64]) -> bool:
+    """True where ``own`` scores are higher than ``others`` by more than chance, by the test of Mann and Whitney.
+
+    Of fewer than two nothing is known.
+    """
+    if min(len(own), len(others)) < 2:
+        return True
+    n, m, others = len(own), len(others), np.sort(others)
+    lower = (np.searchsorted(others, own) + np.searchsorted(others, own, side="right")) / 2  # a tie is half of one
+    return bool(lower.mean() / m - 0.5 > SURE * math.sqrt((n + m + 1) / (12 * n * m)))
 
 
 def falls(fits: Sequence[ScanFit | None]) -> float:

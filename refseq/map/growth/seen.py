@@ -15,14 +15,15 @@ from refseq.map.measurer import Measurer
 from refseq.map.stage_answers import StageAnswers
 from refseq.map.tracking.hindsight import Hindsight
 from refseq.map.tracking.stages import log_mean
-from refseq.view import View
+from refseq.view import LASER, View
 
 
 @dataclass(frozen=True, slots=True)
 class SeenView:
     """Answer of a localiser to a view: probabilities of the places, (K,), which with being lost sum to 1.
 
-    ``alone`` are by the view alone, ``online`` by the views up to it, ``hindsight`` by all views of the drive.
+    ``alone`` are by the view alone, ``online`` by the views up to it, ``hindsight`` by all views of the drive. Where
+    cameras are asked, ``alone`` is without the scan: walls that stay tell nothing of pictures that changed.
     """
 
     alone: NDArray[np.float64]
@@ -35,9 +36,10 @@ def seen_drive(map_: Map, views: Sequence[View], seed: int = 0) -> list[SeenView
     """Localise a drive, each view alone, online and in hindsight; the map's matching has to be by log ratios."""
     measurer, answers, hindsight = Measurer(map_, seed=seed), StageAnswers(map_, Stage.CHAIN), Hindsight(map_)
     alone, online = [], list[Belief]()
+    with_scan = map_.sensors == {LASER}
     for view in views:
         measurer.take(view)
-        alone.append(_alone(measurer.after(None), map_.profile.chain.lost_at_start))
+        alone.append(_alone(measurer.after(None), map_.profile.chain.lost_at_start, with_scan))
         online.append(answers.update(measurer))
         hindsight.take(answers.measured)
     return [
@@ -51,8 +53,9 @@ def lost_in_hindsight(seen: Sequence[SeenView]) -> NDArray[np.float64]:
     return np.array([1 - view.hindsight.sum() for view in seen])
 
 
-def _alone(measured: Sequence[Measurement], lost_at_start: float) -> NDArray[np.float64]:
-    log_ratios = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
+def _alone(measured: Sequence[Measurement], lost_at_start: float, with_scan: bool) -> NDArray[np.float64]:
+    told = [one.log_ratio - (0.0 if with_scan else one.never_blind) for one in measured if one.log_ratio is not None]
+    log_ratios = np.concatenate(told)
     on_map = expit(log_mean(log_ratios) - logit(lost_at_start))
     return np.asarray(on_map * softmax(log_ratios), np.float64)
 

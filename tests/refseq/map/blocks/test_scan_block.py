@@ -1,15 +1,16 @@
-"""The scan as a block of its own: where words fail, and silent where cameras are asked as well."""
+"""The scan as a block of its own: where words fail, between places, and silent along bare walls."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import mannwhitneyu, norm
 
 from refseq.belief import Belief, Stage, belief_from
 from refseq.errors import MapError
 from refseq.map.blocks import scan_block
 from refseq.map.blocks.few_places import FewPlaces, pairs_elsewhere
-from refseq.map.blocks.scan_block import NEAR, NOTHING, ScanBlock, falls, farther, scores
+from refseq.map.blocks.scan_block import NEAR, NOTHING, SURE, ScanBlock, better, falls, farther, known_scans, scores
 from refseq.map.growth.adding import add_drive
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
@@ -132,6 +133,32 @@ def test_the_nearest_of_neighbours_loses_nothing_for_its_distance() -> None:
     )
     assert farther([None, at(-0.5, 1.0), None], beside) == pytest.approx(np.zeros(3))
     assert farther([], np.zeros((0, 0), bool)).shape == (0,)
+
+
+def test_scores_are_better_where_more_than_chance_brings_are_higher() -> None:
+    """As SciPy's test of Mann and Whitney has it, one-sided, at two standard deviations."""
+    rng = np.random.default_rng(0)
+    answers = set()
+    for shift in (-1.0, 0.0, 0.2, 0.3, 0.4, 0.5, 1.0):
+        own, others = np.round(rng.normal(shift, 1.0, 40), 2), np.round(rng.normal(0.0, 1.0, 200), 2)
+        p = mannwhitneyu(own, others, alternative="greater", method="asymptotic", use_continuity=False).pvalue
+        assert better(own, others) == (p < norm.sf(SURE)), shift
+        answers.add(better(own, others))
+    assert answers == {True, False}
+    assert better(np.zeros(1), np.ones(1))
+
+
+def test_where_all_scans_are_alike_they_say_nothing() -> None:
+    """A corridor without a door: what one score brings more than another is noise, and no reason to be lost."""
+    bare = rectangle(0, -1.2, 90, 1.2)
+    rng = np.random.default_rng(1)
+    poses = [Pose(30.0 + 0.85 * k, 0.0, 0.0) for k in range(36)]
+    views = [View(float(k), scan=cast(bare, one, rng=rng), distance=0.85 * bool(k)) for k, one in enumerate(poses)]
+    map_ = learn(views, profile=BEST)
+    assert not known_scans(map_).tells
+    beside = PosesBeside(map_)
+    beside.take(views[20].scan)
+    assert ScanBlock(map_, beside, {LASER}).log_ratios(np.arange(36)).tolist() == [0.0] * 36
 
 
 def test_a_robot_half_way_between_places_may_as_well_be_at_its_own_as_at_a_like_one() -> None:
