@@ -19,6 +19,7 @@ from refseq.belief import LOST_ABOVE, Belief
 from refseq.errors import MapError
 from refseq.features.word_extractor import PictureKeys
 from refseq.inference.chain.network import Network
+from refseq.inference.paths import usual_step
 from refseq.map.format.archive import archive_of, open_archive, pack, write_archive
 from refseq.map.format.file import described, read_parts
 from refseq.map.growth.record import NOT_GROWN, GrowthRecord
@@ -198,6 +199,12 @@ class Map:
             views[self.numbered(path)[own]] = start + np.flatnonzero(own)
             start += len(path)
         return views
+
+    @property
+    def usual_step(self) -> float:
+        """Way from place to place [m], as the map's drives had it where they did not stand; 0 without any."""
+        ends = tuple((self.first[1:] - 1).tolist())
+        return usual_step(np.concatenate([sequence.along for sequence in self.sequences]), ends)
 
     def in_a_row(self, places: NDArray[np.intp], others: NDArray[np.intp] | int, reach: int) -> NDArray[np.bool_]:
         """True where two places, counted through, were learnt at most ``reach`` views apart along one path.

@@ -5,11 +5,8 @@ import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from refseq.belief import Stage
 from refseq.errors import RefseqError
-from refseq.inference.paths import usual_step
 from refseq.logs.pairing.stream import STANDSTILL, ClockSetBackError, ViewStream, topics_for
 from refseq.logs.source import NO_VALUE
 from refseq.map.localiser import Localiser
@@ -55,9 +52,7 @@ class ServeOptions:
 
 def spacing(map_: Map) -> float:
     """Way from place to place [m], as the map's drives had it where they did not stand."""
-    ways = [sequence.along for sequence in map_.sequences]
-    ends = np.cumsum([len(way) for way in ways]) - 1
-    return usual_step(np.concatenate(ways), tuple(ends.tolist())) or SPACING
+    return map_.usual_step or SPACING
 
 
 class RobotSession:

@@ -25,6 +25,10 @@ OPEN = 2
 """So many times as many places are asked where the robot may be anywhere: at a start, and while it is lost."""
 
 
+BESIDE = 2
+"""Places learnt so many views of a path apart are beside each other, and show the same walls."""
+
+
 class Block(Protocol):
     """Evidence for a few places: ``most`` of them are asked on the way, 0 is none.
 
@@ -109,6 +113,21 @@ class FewPlaces:
         many = min(EXPECTED, most // 2)
         expected = np.argsort(-self._moved(last.places, distance), kind="stable")[:many]
         return np.union1d(by_words[: most - many], expected)
+
+
+def beside(map_: Map, places: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Pairs of some places that are beside each other, (n, n)."""
+    return map_.in_a_row(places[:, None], places, BESIDE)
+
+
+def beyond_nearest(far: NDArray[np.float64], beside: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """By how much places that are ``far`` (n,) are farther than the nearest of those ``beside`` (n, n) them, (n,).
+
+    It is 0 for a place that is infinitely far.
+    """
+    nearest = np.where(beside, far, np.inf).min(axis=1, initial=np.inf)
+    beyond: NDArray[np.float64] = np.subtract(far, nearest, out=np.zeros(len(far)), where=np.isfinite(far))
+    return beyond
 
 
 def pairs_elsewhere(map_: Map, views: int, places: int) -> Iterator[tuple[int, int]]:

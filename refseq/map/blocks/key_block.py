@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from refseq.features.key_fit import KeyFit, fit_keys
 from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.log_ratio import Calibration
-from refseq.map.blocks.few_places import pairs_elsewhere
+from refseq.map.blocks.few_places import beside, beyond_nearest, pairs_elsewhere
 from refseq.map.map import Map
 
 VIEWS, PLACES = 100, 8
@@ -24,8 +24,6 @@ FEWEST = 6
 """Fewer matches tell nothing, for or against: a place that shows nothing to fit is neither likely nor unlikely."""
 PRIOR = 8.0
 """So many matches that do not fit are added to those of each place: of few, a large share is worth less."""
-BESIDE = 2
-"""Places learnt so many views of a path apart are beside each other, and show one wall."""
 ZOOM = 0.1
 """Of places beside each other one counts less the larger or smaller it is seen: by a factor of 0.6 for so much, as a
 logarithm."""
@@ -59,20 +57,16 @@ class KeyBlock:
         """Log-likelihood ratios of some places, (n,), 0 or more."""
         fits = self._together(places, self._view)
         zoom = np.array([np.log(fit.scale) if fit.inliers else np.inf for fit in fits])
-        return shared(self.beside(places), np.maximum(self._ratios(self._view, fits), 0.0), zoom)
+        return shared(beside(self._map, places), np.maximum(self._ratios(self._view, fits), 0.0), zoom)
 
     def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
         """Log ratios of the best fit beside each of some places, (n,), of each camera for itself, below 0 as well.
 
         How well keys fit where the robot was, in the light that there is, the drive's own views tell.
         """
-        beside = self.beside(places)
+        near = beside(self._map, places)
         ratios = {camera: self._ratios([camera], self._together(places, [camera])) for camera in self._view}
-        return {f"keys/{camera}": np.where(beside, told, -np.inf).max(axis=1) for camera, told in ratios.items()}
-
-    def beside(self, places: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Pairs of some places that are beside each other, (n, n)."""
-        return self._map.in_a_row(places[:, None], places, BESIDE)
+        return {f"keys/{camera}": np.where(near, told, -np.inf).max(axis=1) for camera, told in ratios.items()}
 
     def _together(self, places: NDArray[np.intp], cameras: Collection[str]) -> list[KeyFit]:
         """The view's keys laid on those of some places, by some cameras together; once, for all that ask."""
@@ -133,7 +127,6 @@ def shared(
     where nothing fits.
     """
     farther = np.minimum(np.square(zoom / ZOOM) / 2, FARTHEST)
-    nearest = np.where(beside, farther, np.inf).min(axis=1, initial=np.inf)
     best = np.where(beside, log_ratios, 0.0).max(axis=1, initial=0.0)
-    ratios: NDArray[np.float64] = np.maximum(best - (farther - nearest), 0.0)
+    ratios: NDArray[np.float64] = np.maximum(best - beyond_nearest(farther, beside), 0.0)
     return ratios

@@ -6,7 +6,7 @@ scores fall by on the way to the next place, and the nearest of neighbours loses
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.matching.log_ratio import Calibration
-from refseq.inference.paths import usual_step
-from refseq.map.blocks.few_places import pairs_elsewhere
+from refseq.map.blocks.few_places import beside, beyond_nearest, pairs_elsewhere
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
 from refseq.scan_matching.fit import ScanFit, fitted, laid_scan
@@ -26,8 +25,6 @@ VIEWS, PLACES = 40, 5
 NEAR = 0.4
 """Of places beside each other one counts less the farther along from it [m] the scan puts the robot than from the
 nearest: by a factor of 0.6 so far off."""
-BESIDE = 2
-"""Places learnt so many views of a path apart are beside each other, and see the same walls."""
 STOOD = 0.05
 """A robot that has gone no farther [m] has stood, and saw the same."""
 SURE = 2.0
@@ -63,7 +60,7 @@ class ScanBlock:
             return np.zeros(len(places))
         fits = [self._poses.fit(place) for place in places.tolist()]
         told = known.elsewhere.log_ratios(scores(fits, known.fall, known.half))
-        told -= farther(fits, self._map.in_a_row(places[:, None], places, BESIDE))
+        told -= beyond_nearest(far_along(fits), beside(self._map, places))
         told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
         return told
 
@@ -74,9 +71,9 @@ class ScanBlock:
 
 
 class KnownScans(NamedTuple):
-    """What a map's own scans tell of scores: ``elsewhere`` those of places that are not a view's, calibrated.
+    """Scores of a map's own scans: ``elsewhere`` are those of places that are not a view's, calibrated.
 
-    Scores ``fall`` by so much on the way from place to place [1/m]. A robot on a path is no farther than ``half`` a
+    They ``fall`` by so much on the way from place to place [1/m]. A robot on a path is no farther than ``half`` a
     step [m] from the nearest, so that none is raised by more than that. ``tells`` is False where the reference's own
     scans score no better a step on than elsewhere: along a bare corridor a ratio is chance, which on the mean speaks
     against the robot's place as against any.
@@ -92,17 +89,16 @@ def known_scans(map_: Map) -> KnownScans:
     """By the reference's own scans: some laid on those of places far from them, some on the place before them."""
     laid = lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
 
-    def fit(view: int, place: int) -> ScanFit | None:
-        seen, there = laid(view), laid(place)
-        return None if seen is None or there is None else fitted(there, seen)
+    def fits(pairs: Iterable[tuple[int, int]]) -> list[ScanFit | None]:
+        """Scans of views laid on those of places, of the pairs that have both."""
+        both = ((laid(view), laid(place)) for view, place in pairs)
+        return [fitted(there, seen) for seen, there in both if seen is not None and there is not None]
 
-    far = [pair for pair in pairs_elsewhere(map_, VIEWS, PLACES) if all(laid(one) is not None for one in pair)]
-    ends = tuple((map_.first[1:] - 1).tolist())
-    half = usual_step(np.concatenate([sequence.along for sequence in map_.sequences]), ends) / 2
+    half = map_.usual_step / 2
     views = np.unique(np.linspace(1, len(map_) - 1, VIEWS).round().astype(int)) if len(map_) > 1 else np.zeros(0, int)
-    steps = [fit(view, view - 1) for view in views[map_.in_a_row(views, views - 1, 1)].tolist()]
+    steps = fits((view, view - 1) for view in views[map_.in_a_row(views, views - 1, 1)].tolist())
     fall = falls(steps)
-    own, others = scores(steps, fall, half), scores([fit(*pair) for pair in far], fall, half)
+    own, others = scores(steps, fall, half), scores(fits(pairs_elsewhere(map_, VIEWS, PLACES)), fall, half)
     return KnownScans(Calibration(others), fall, half, better(own, others))
 
 
@@ -129,9 +125,6 @@ def scores(fits: Sequence[ScanFit | None], fall: float, half: float) -> NDArray[
     return np.array([NOTHING if fit is None else fit.score + fall * min(abs(fit.motion[0]), half) for fit in fits])
 
 
-def farther(fits: Sequence[ScanFit | None], beside: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """By how much less places count than the nearest of those ``beside`` (n, n) each of them, (n,), as a logarithm."""
-    off = np.array([math.inf if fit is None else (fit.motion[0] / NEAR) ** 2 / 2 for fit in fits])
-    nearest = np.where(beside, off, math.inf).min(axis=1, initial=math.inf)
-    lost: NDArray[np.float64] = np.subtract(off, nearest, out=np.zeros(len(off)), where=np.isfinite(off))
-    return lost
+def far_along(fits: Sequence[ScanFit | None]) -> NDArray[np.float64]:
+    """By how much places count less, as a logarithm, for how far along from them scans lie, (n,); infinite: nowhere."""
+    return np.array([math.inf if fit is None else (fit.motion[0] / NEAR) ** 2 / 2 for fit in fits])

@@ -15,7 +15,7 @@ from refseq.belief import Stage, belief_from
 from refseq.features.key_fit import KeyFit
 from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.log_ratio import Calibration
-from refseq.map.blocks import key_block
+from refseq.map.blocks import few_places, key_block
 from refseq.map.blocks.few_places import FewPlaces
 from refseq.map.blocks.key_block import FARTHEST, FEWEST, PRIOR, KeyBlock, laid, score, shared, together
 from refseq.map.guard import SensorGuard
@@ -179,7 +179,7 @@ def test_places_of_two_sequences_are_not_beside_each_other() -> None:
     halves = {"a": drive(range(12)), "b": drive(range(12, PLACES))}
     map_ = merge_maps([learn(half, profile=ASKED, features=["sift"]).named(name) for name, half in halves.items()]).map
     assert map_.first.tolist() == [0, 12, 24]
-    beside = KeyBlock(map_).beside(np.array([9, 10, 11, 12, 14, 15]))
+    beside = few_places.beside(map_, np.array([9, 10, 11, 12, 14, 15]))
     one, other = np.ones((3, 3)), np.array([[1, 1, 0], [1, 1, 1], [0, 1, 1]])
     np.testing.assert_array_equal(beside, np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]))
 
@@ -206,7 +206,7 @@ def test_keys_of_views_whose_places_were_given_away_are_not_kept(asked: Map, mer
 
 
 def test_places_on_both_sides_of_a_stretch_that_was_given_away_are_not_beside_each_other(merged: Map) -> None:
-    beside = KeyBlock(merged).beside(np.array([10, 11, 12, 13]))  # views 6, 7, 12 and 13 of the long one
+    beside = few_places.beside(merged, np.array([10, 11, 12, 13]))  # views 6, 7, 12 and 13 of the long one
     two = np.ones((2, 2))
     np.testing.assert_array_equal(beside, np.block([[two, 0 * two], [0 * two, two]]))
 

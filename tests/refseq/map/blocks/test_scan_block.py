@@ -9,8 +9,8 @@ from scipy.stats import mannwhitneyu, norm
 from refseq.belief import Belief, Stage, belief_from
 from refseq.errors import MapError
 from refseq.map.blocks import scan_block
-from refseq.map.blocks.few_places import FewPlaces, pairs_elsewhere
-from refseq.map.blocks.scan_block import NEAR, NOTHING, SURE, ScanBlock, better, falls, farther, known_scans, scores
+from refseq.map.blocks.few_places import FewPlaces, beyond_nearest, pairs_elsewhere
+from refseq.map.blocks.scan_block import NEAR, NOTHING, SURE, ScanBlock, better, falls, far_along, known_scans, scores
 from refseq.map.growth.adding import add_drive
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
@@ -128,6 +128,10 @@ def test_a_robot_between_places_scores_as_one_at_a_place() -> None:
 def test_the_nearest_of_neighbours_loses_nothing_for_its_distance() -> None:
     """Places 0 and 1 are beside each other, place 2 beside none of them."""
     beside = np.array([[True, True, False], [True, True, False], [False, False, True]])
+
+    def farther(fits: list[ScanFit | None], beside: np.ndarray) -> np.ndarray:
+        return beyond_nearest(far_along(fits), beside)
+
     assert farther([at(0.3, 1.0), at(-0.5, 1.0), at(0.4, 1.0)], beside) == pytest.approx(
         [0.0, (0.5**2 - 0.3**2) / 2 / NEAR**2, 0.0]
     )
@@ -146,6 +150,14 @@ def test_scores_are_better_where_more_than_chance_brings_are_higher() -> None:
         answers.add(better(own, others))
     assert answers == {True, False}
     assert better(np.zeros(1), np.ones(1))
+
+
+def test_places_learnt_while_the_laser_was_away_do_not_count(asked: Map) -> None:
+    """No scan is no bad fit: what the others tell stays as it is."""
+    views = [view if k % 4 < 2 else replace(view, scan=None) for k, view in enumerate(drive(REFERENCE))]
+    known = known_scans(learn(views, profile=BEST, sensors=[LASER]))
+    assert known.tells == known_scans(asked).tells
+    assert known.fall == pytest.approx(known_scans(asked).fall, abs=0.15)
 
 
 def test_where_all_scans_are_alike_they_say_nothing() -> None:
