@@ -1,6 +1,7 @@
 """Where beside its place the robot is: its scan laid on that of the place (docs/decisions/0032-beside-the-place.md)."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief, PoseBeside
 from refseq.map.map import Map
-from refseq.scan_matching.fit import ScanFit, fitted, laid_scan
+from refseq.scan_matching.fit import LaidScan, ScanFit, fitted, laid_scan
 from refseq.scan_matching.panorama import panorama
 from refseq.view import Scan
 
@@ -44,12 +45,16 @@ class PosesBeside:
         """True where a place's scan shows walls."""
         return self._there(place) is not None
 
-    def fit(self, place: int) -> ScanFit | None:
-        """The view's scan laid on a place's; None where it does not lie there, or one of them shows no walls."""
-        if place not in self._fits:
-            there = self._there(place)
-            self._fits[place] = None if there is None or self._scan is None else fitted(there, self._scan)
-        return self._fits[place]
+    def fits(self, places: Sequence[int]) -> list[ScanFit | None]:
+        """The view's scan laid on those of places; None for one where it does not lie, or where one shows no walls."""
+        scan, pairs = self._scan, dict[int, tuple[LaidScan, LaidScan]]()
+        for place in places:
+            if place not in self._fits:
+                self._fits[place] = None
+                if scan is not None and (there := self._there(place)) is not None:
+                    pairs[place] = there, scan
+        self._fits |= zip(pairs, fitted(list(pairs.values())), strict=True)
+        return [self._fits[place] for place in places]
 
     def with_pose(self, belief: Belief) -> Belief:
         """The belief with its pose, where there is one; what that took counts as matching."""
@@ -61,7 +66,7 @@ class PosesBeside:
         return replace(belief, pose=pose, timings=replace(belief.timings, matching=spent))
 
     def _beside(self, place: int) -> PoseBeside | None:
-        fit = self.fit(place)
+        [fit] = self.fits([place])
         if fit is None or fit.share < ALIKE:
             return None
         along, aside, heading = fit.motion.tolist()

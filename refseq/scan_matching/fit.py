@@ -6,14 +6,15 @@ beams onto straight pieces of wall, in both directions, and far ones weigh less 
 tells stays where it is assumed to be: along a bare corridor the covariance is that of the assumption.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.pose_graph import motions_between
+from refseq.scan_matching.beams_at_walls import BeamsOfPairs, slopes_of_ways
 from refseq.scan_matching.lines import ROUNDED, WallLines
 from refseq.scan_matching.walls import ScanWalls
 
@@ -35,12 +36,19 @@ INDEPENDENT = 0.2
 """Share of the beams whose errors are taken as independent: what is off is off for many. More makes poses surer."""
 BEYOND = 0.25
 """A pose may come to lie so far beyond where it was sought [m, and share of the turn]."""
-OFF_WALL, FACING = 0.3, 0.9
-"""An end of a beam is not of a piece of wall that ends so far from it [m], or whose normals have a smaller product."""
 CLOSE = 0.03
 """Ends of beams so near to a wall [m] are of it, where scores are counted. More forgives more."""
 FEWEST = 20
 """Fewer beams tell nothing."""
+BUNCH = 64
+"""So many pairs are laid at once: more are no faster, and take more memory."""
+NONE = 1e-300
+"""Weight of no beams, to divide by."""
+FARTHER = np.hypot(*GRID[:, :2].T) * STAYS[0] + np.abs(GRID[:, 2]) * STAYS[1]
+"""Share that each pose of the grid has to bring more than the middle one."""
+SIX = np.triu_indices(3)
+NINE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Entries of a symmetric matrix: the six that differ, row and column, and which of them each of the nine is."""
 
 
 class LaidScan:
@@ -81,10 +89,18 @@ class ScanFit:
     score: float
 
 
-def fitted(one: LaidScan, other: LaidScan) -> ScanFit | None:
-    """Lay a scan on another; None where too few beams meet, or only beyond where it is sought."""
-    worth = shares(one, other, GRID, BEAMS) - np.hypot(*GRID[:, :2].T) * STAYS[0] - np.abs(GRID[:, 2]) * STAYS[1]
-    return _refined(one, other, GRID[worth.argmax()])
+def fitted(pairs: Sequence[tuple[LaidScan, LaidScan]]) -> list[ScanFit | None]:
+    """Lay the second scan of each pair on the first; None where too few beams meet, or only beyond where it is sought.
+
+    Of a pair the same is found among others as alone, but for rounding.
+    """
+    bunches = [pairs[start : start + BUNCH] for start in range(0, len(pairs), BUNCH)]
+    return [fit for bunch in bunches for fit in _refined(bunch, np.stack([_start(*pair) for pair in bunch]))]
+
+
+def _start(one: LaidScan, other: LaidScan) -> NDArray[np.float64]:
+    """The best pose of the grid, (3,)."""
+    return np.asarray(GRID[(shares(one, other, GRID, BEAMS) - FARTHER).argmax()])
 
 
 def shares(one: LaidScan, other: LaidScan, motions: NDArray[np.float64], every: int = 1) -> NDArray[np.float64]:
@@ -95,79 +111,54 @@ def shares(one: LaidScan, other: LaidScan, motions: NDArray[np.float64], every: 
     return np.asarray(met / np.maximum(met + through, 1))
 
 
-def _refined(one: LaidScan, other: LaidScan, start: NDArray[np.float64]) -> ScanFit | None:
-    """Least squares from a pose on: Gauss and Newton, with weights that grow sharper."""
-    motion, assumed = start, np.diag(ASSUMED**-2)
+def _refined(pairs: Sequence[tuple[LaidScan, LaidScan]], motions: NDArray[np.float64]) -> list[ScanFit | None]:
+    """Least squares from poses (P, 3) on: Gauss and Newton, with weights that grow sharper."""
+    beams, P = BeamsOfPairs([(one.lines, other.lines) for one, other in pairs]), len(pairs)
+    assumed, lies = ASSUMED**-2, np.ones(P, np.bool_)
     for scale in SCALES:
-        met = _met(one.lines, other.lines, motion)
-        if len(met.errors) < FEWEST:
-            return None
+        met, by_motion = beams.met(motions), slopes_of_ways(motions)
+        lies &= np.bincount(met.way // 2, minlength=P) >= FEWEST
         weights = 1 / np.square(1 + np.square(met.errors / scale))
-        variance = ROUNDED**2 + weights @ np.square(met.errors) / weights.sum()
-        weights *= INDEPENDENT / variance
-        weighed = met.slopes * weights[:, None]
-        known = weighed.T @ met.slopes
-        motion = motion - np.linalg.solve(known + assumed, weighed.T @ met.errors + assumed @ motion)
-    if np.abs(motion[:2]).max() > REACH + BEYOND or abs(motion[2]) > TURN * (1 + BEYOND):
-        return None
+        whole = np.maximum(np.bincount(met.way // 2, weights, P), NONE)
+        variance = ROUNDED**2 + np.bincount(met.way // 2, weights * np.square(met.errors), P) / whole
+        weights *= INDEPENDENT / variance[met.way // 2]
+        known = _of_pairs(_squares(met.way, met.slopes, weights, P), by_motion)
+        slope = _sums(met.way, met.slopes * (weights * met.errors), P)[:, None] @ by_motion
+        slope = slope.reshape(P, 2, 3).sum(axis=1) + motions * assumed
+        motions = motions - np.linalg.solve(known + np.diag(assumed), slope[:, :, None])[:, :, 0]
+    lies &= np.abs(motions[:, :2]).max(axis=1) <= REACH + BEYOND
+    lies &= np.abs(motions[:, 2]) <= TURN * (1 + BEYOND)
     # Of a wall whose direction is uncertain some of what it seems to tell along itself is chance.
-    by_chance = (met.along * (weights * met.turns)[:, None]).T @ met.along
-    covariance = np.asarray(np.linalg.inv(_without_negative(known - by_chance) + assumed), np.float64)
-    share, met = float(shares(one, other, motion[None])[0]), _met(one.lines, other.lines, motion)
-    close = np.count_nonzero(np.abs(met.errors) < CLOSE) / (len(one.lines.ends) + len(other.lines.ends))
-    return ScanFit(motion, covariance, share, share * close)
+    by_chance = _of_pairs(_squares(met.way, met.along, weights * met.turns, P), by_motion)
+    covariances = np.linalg.inv(_without_negative(known - by_chance) + np.diag(assumed))
+    met = beams.met(motions)
+    close = np.bincount(met.way[np.abs(met.errors) < CLOSE] // 2, minlength=P) / np.maximum(beams.counts, 1)
+    found: list[ScanFit | None] = [None] * P
+    for p in np.flatnonzero(lies).tolist():
+        share = float(shares(*pairs[p], motions[p : p + 1])[0])
+        found[p] = ScanFit(motions[p], covariances[p], share, share * float(close[p]))
+    return found
+
+
+def _of_pairs(squares: NDArray[np.float64], by_motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Squares (2 P, 3, 3) of slopes by each way's pose, as those by the motion of each pair, (P, 3, 3)."""
+    of_ways = by_motion.transpose(0, 2, 1) @ squares @ by_motion
+    return np.asarray(of_ways.reshape(-1, 2, 3, 3).sum(axis=1))
+
+
+def _sums(way: NDArray[np.intp], values: NDArray[np.float64], P: int) -> NDArray[np.float64]:
+    """Sums of ``values`` (m, n) by way, (2 P, m)."""
+    return np.stack([np.bincount(way, one, 2 * P) for one in values], axis=1)
+
+
+def _squares(
+    way: NDArray[np.intp], slopes: NDArray[np.float64], weights: NDArray[np.float64], P: int
+) -> NDArray[np.float64]:
+    """Weighed sums of the products of slopes (3, n) by way, (2 P, 3, 3)."""
+    return _sums(way, slopes[SIX[0]] * slopes[SIX[1]] * weights, P)[:, NINE]
 
 
 def _without_negative(information: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same with nothing below 0 in any direction; headings are weighed as at one metre."""
+    """The same (P, 3, 3) with nothing below 0 in any direction; headings are weighed as at one metre."""
     values, axes = np.linalg.eigh(information)
-    return np.asarray((axes * np.maximum(values, 0.0)) @ axes.T)
-
-
-class _Met(NamedTuple):
-    """Ends of beams at the walls of another scan, n of them.
-
-    ``errors`` (n,) are their distances from the walls [m], ``slopes`` (n, 3) those of the errors by the motion, and
-    ``along`` (n, 3) what the slopes would be of walls at right angles; ``turns`` (n,) the variance of a wall's
-    direction [rad²].
-    """
-
-    errors: NDArray[np.float64]
-    slopes: NDArray[np.float64]
-    along: NDArray[np.float64]
-    turns: NDArray[np.float64]
-
-
-def _met(one: WallLines, other: WallLines, motion: NDArray[np.float64]) -> _Met:
-    """Ends of beams of each scan at walls of the other, which is at some pose in the one's frame."""
-    cos, sin = np.cos(motion[2]), np.sin(motion[2])
-    back = motions_between(motion, np.zeros(3))
-    # Slopes of the way back by the way there.
-    of_back = np.array([[-cos, -sin, back[1]], [sin, -cos, -back[0]], [0.0, 0.0, -1.0]])
-    there, here = _one_way(one, other, motion), _one_way(other, one, back)
-    here = here._replace(slopes=here.slopes @ of_back, along=here.along @ of_back)
-    return _Met(*(np.concatenate(pair) for pair in zip(there, here, strict=True)))
-
-
-def _one_way(walls: WallLines, seen: WallLines, motion: NDArray[np.float64]) -> _Met:
-    """Ends of beams of a scan that was ``seen`` at some pose, at the walls in their direction; slopes by the pose."""
-    cos, sin = np.cos(motion[2]), np.sin(motion[2])
-    turned = np.array([[cos, sin], [-sin, cos]])  # from the right
-    arms = seen.ends @ turned
-    ends = arms + motion[:2]
-    degrees = np.round(np.degrees(np.arctan2(ends[:, 1], ends[:, 0]))).astype(np.intp) % len(walls.numbers)
-    which = walls.numbers[degrees]
-    there = np.flatnonzero(which >= 0)
-    which, arms = which[there], arms[there]
-    normals, away = walls.normals[which], ends[there] - walls.centres[which]
-    beyond = np.abs(_cross(normals, away)) - walls.reaches[which]
-    facing = np.abs((normals * (seen.normals[there] @ turned)).sum(axis=1))
-    same = (beyond < OFF_WALL) & (facing > FACING)
-    normals, arms = normals[same], arms[same]
-    along = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
-    slopes, beside = (np.column_stack([axis, _cross(arms, axis)]) for axis in (normals, along))
-    return _Met((normals * away[same]).sum(axis=1), slopes, beside, walls.turns[which[same]])
-
-
-def _cross(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    return np.asarray((axes * np.maximum(values, 0.0)[:, None, :]) @ np.moveaxis(axes, 1, 2))

@@ -58,7 +58,7 @@ class ScanBlock:
         known = self._map.once(known_scans)
         if not known.tells:
             return np.zeros(len(places))
-        fits = [self._poses.fit(place) for place in places.tolist()]
+        fits = self._poses.fits(places.tolist())
         told = known.elsewhere.log_ratios(scores(fits, known.fall, known.half))
         told -= beyond_nearest(far_along(fits), beside(self._map, places))
         told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
@@ -91,8 +91,8 @@ def known_scans(map_: Map) -> KnownScans:
 
     def fits(pairs: Iterable[tuple[int, int]]) -> list[ScanFit | None]:
         """Scans of views laid on those of places, of the pairs that have both."""
-        both = ((laid(view), laid(place)) for view, place in pairs)
-        return [fitted(there, seen) for seen, there in both if seen is not None and there is not None]
+        both = ((laid(place), laid(view)) for view, place in pairs)
+        return fitted([(there, seen) for there, seen in both if there is not None and seen is not None])
 
     half = map_.usual_step / 2
     views = np.unique(np.linspace(1, len(map_) - 1, VIEWS).round().astype(int)) if len(map_) > 1 else np.zeros(0, int)

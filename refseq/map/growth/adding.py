@@ -163,7 +163,7 @@ def _check_walls(map_: Map, drive: Sequence[View], placed: Sequence["_PlacedView
     for view in placed:
         poses.take(drive[view.number].scan)
         if poses.sees and poses.shown(view.place):
-            fit = poses.fit(view.place)
+            [fit] = poses.fits([view.place])
             lying.append(fit is not None and fit.share >= ALIKE)
     if len(lying) >= FEWEST and np.mean(lying) < rules.walls:
         raise MapError(

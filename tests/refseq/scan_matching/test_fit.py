@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from refseq.scan_matching.fit import ASSUMED, LaidScan, ScanFit, fitted, shares
+from refseq.scan_matching.fit import ASSUMED, BUNCH, LaidScan, ScanFit, fitted, shares
 from refseq.scan_matching.panorama import panorama
 from refseq.view import Scan
 from tests.refseq.rooms import Wall, cast, rectangle
@@ -20,7 +20,7 @@ def seen(walls: list[Wall], pose: Pose, rng: np.random.Generator | None = None, 
 
 
 def between(walls: list[Wall], motion: tuple[float, float, float]) -> ScanFit:
-    found = fitted(seen(walls, HERE), seen(walls, Pose(*motion)))
+    [found] = fitted([(seen(walls, HERE), seen(walls, Pose(*motion)))])
     assert found is not None
     return found
 
@@ -36,7 +36,7 @@ def test_shift_and_heading_are_found_anywhere_in_reach(along: float, aside: floa
 
 def test_the_way_back_is_the_other_scans() -> None:
     one, other = seen(ROOM, HERE), seen(ROOM, Pose(0.4, -0.2, 0.2))
-    there, back = fitted(one, other), fitted(other, one)
+    there, back = fitted([(one, other), (other, one)])
     assert there is not None
     assert back is not None
     cos, sin = np.cos(0.2), np.sin(0.2)
@@ -48,7 +48,7 @@ def test_no_pose_of_a_fine_grid_lies_better_on_the_room() -> None:
     """Brute force over the true walls: the mean distance of the beams' ends to the nearest of them."""
     rng = np.random.default_rng(3)
     other = seen(ROOM, Pose(0.31, -0.22, 0.17), rng, noise=0.01)
-    found = fitted(seen(ROOM, HERE, rng, noise=0.01), other)
+    [found] = fitted([(seen(ROOM, HERE, rng, noise=0.01), other)])
     assert found is not None
     steps = [np.arange(-5, 6) * 0.02] * 2 + [np.arange(-5, 6) * np.radians(0.5)]
     grid = found.motion + np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -76,7 +76,7 @@ def test_errors_are_as_large_as_the_covariance_says() -> None:
     squares = []
     for _ in range(60):
         motion = rng.uniform((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
-        found = fitted(seen(ROOM, HERE, rng, 0.02), seen(ROOM, Pose(*motion.tolist()), rng, 0.02))
+        [found] = fitted([(seen(ROOM, HERE, rng, 0.02), seen(ROOM, Pose(*motion.tolist()), rng, 0.02))])
         assert found is not None
         error = found.motion - motion
         squares.append(error @ np.linalg.solve(found.covariance, error))
@@ -102,15 +102,34 @@ def test_a_door_frame_tells_how_far() -> None:
 def test_two_corridors_at_an_angle_are_alike_in_few_beams() -> None:
     """A corridor that ends, and one that does not: one scan sees through the other's wall."""
     ended = [*CORRIDOR, (2.0, -1.2, 2.0, 1.2)]
-    found = fitted(seen(CORRIDOR, HERE), seen(ended, HERE))
+    [found] = fitted([(seen(CORRIDOR, HERE), seen(ended, HERE))])
     assert found is not None
     assert found.share < 0.87
 
 
 def test_nothing_is_found_where_nothing_came_back() -> None:
     blind = LaidScan(panorama(Scan(np.full(361, np.inf, np.float32))) / 100.0)
-    assert fitted(seen(ROOM, HERE), blind) is None
-    assert fitted(blind, blind) is None
+    assert fitted([(seen(ROOM, HERE), blind), (blind, blind), (blind, seen(ROOM, HERE))]) == [None] * 3
+
+
+def test_a_pair_is_laid_among_others_as_it_is_alone() -> None:
+    """Scans of the room, of the corridor, and of nothing, each on each, in one go and pair by pair."""
+    rng = np.random.default_rng(5)
+    blind = LaidScan(panorama(Scan(np.full(361, np.inf, np.float32))) / 100.0)
+    motions = rng.uniform([-0.9, -0.9, -0.5], [0.9, 0.9, 0.5], (4, 3)).tolist()
+    scans = [blind, *(seen(walls, Pose(*motion), rng, 0.02) for walls in (ROOM, CORRIDOR) for motion in motions)]
+    pairs = [(one, other) for one in scans for other in scans]
+    assert len(pairs) > BUNCH
+    alone = [found for pair in pairs for found in fitted([pair])]
+    among = fitted(pairs)
+    assert [found is None for found in among] == [found is None for found in alone]
+    told = [(one, other) for one, other in zip(among, alone, strict=True) if one is not None and other is not None]
+    assert 40 < len(told) < len(pairs) - 17  # what is blind fits nothing, and some rooms lie out of reach
+    for one, other in told:
+        np.testing.assert_allclose(one.motion, other.motion, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(one.covariance, other.covariance, rtol=1e-9)
+        assert (one.share, one.score) == pytest.approx((other.share, other.score), abs=1e-12)
+    assert fitted([]) == []
 
 
 def test_shares_count_what_both_can_see() -> None:

@@ -1,5 +1,6 @@
 """The scan as a block of its own: where words fail, between places, and silent along bare walls."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -101,8 +102,8 @@ def test_where_a_scan_lies_along_its_place_is_not_where_it_lies_beside_it(asked:
     poses = PosesBeside(asked)
     for number, view in enumerate(views[:8]):
         poses.take(view.scan)
-        for place in (number, number + 1):
-            fit = poses.fit(place)
+        places = number, number + 1
+        for place, fit in zip(places, poses.fits(places), strict=True):
             assert view.truth is not None
             assert fit is not None
             assert fit.motion[0] == pytest.approx(view.truth.x - REFERENCE[place].x, abs=0.03)
@@ -239,9 +240,9 @@ def test_a_scan_that_shows_no_walls_speaks_against_no_place(asked: Map) -> None:
 def test_scans_elsewhere_are_laid_once_a_map(views: list[View], monkeypatch: pytest.MonkeyPatch) -> None:
     laid: list[LaidScan] = []
 
-    def counted(there: LaidScan, seen: LaidScan) -> ScanFit | None:
-        laid.append(seen)
-        return fitted(there, seen)
+    def counted(pairs: Sequence[tuple[LaidScan, LaidScan]]) -> list[ScanFit | None]:
+        laid.extend(seen for _, seen in pairs)
+        return fitted(pairs)
 
     monkeypatch.setattr(scan_block, "fitted", counted)
     map_ = learn(drive(REFERENCE), profile=BEST)
