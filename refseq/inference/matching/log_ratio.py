@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from refseq.inference.matching.detection import Detection
 from refseq.inference.matching.incidence import IncidenceMatrix, sensor_of
@@ -28,6 +28,8 @@ TOP = 0.1
 """Share of the scores elsewhere, the highest, that tell how fast they thin out."""
 FEWEST = 5
 """So many there must be: of fewer scores nothing is known beyond the highest."""
+POWER_OFF = 1e-9
+"""By so much a power may be off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,20 +263,20 @@ def with_more(log_ratios: NDArray[np.float64], more: NDArray[np.float64], blind:
 def power_of(log_ratios: NDArray[np.float64]) -> float:
     """The largest power up to 1 at which ratios average 1 or less; 0 where none does."""
 
-    def log_mean(power: float) -> float:
-        return float(logsumexp(power * log_ratios) - np.log(len(log_ratios)))
+    def log_mean(powers: NDArray[np.float64]) -> float:
+        return float(logsumexp(powers) - np.log(len(powers)))
 
-    # A convex function that is 0 at 0: where it is above 0 at 1, it has one other root at most.
-    if not len(log_ratios) or log_mean(1.0) <= 0:
+    if not len(log_ratios) or log_mean(log_ratios) <= 0:
         return 1.0
     if log_ratios.mean() >= 0:
         return 0.0
-    low = 0.5
-    while log_mean(low) > 0:
-        low /= 2
-    from scipy.optimize import brentq  # half a second to import, which who only names a profile does not wait for
-
-    return float(brentq(log_mean, low, 1.0, xtol=1e-6))
+    # Convex in the power, and 0 at 0: from above its other root Newton's steps come down to it, and do not pass it.
+    power, step = 1.0, 1.0
+    while step > POWER_OFF:
+        powers = power * log_ratios
+        step = log_mean(powers) / float(softmax(powers) @ log_ratios)
+        power -= step
+    return max(power, 0.0)
 
 
 def _elsewhere(
