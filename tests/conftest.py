@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from refseq.features.memory import DescriptionMemory, described_once
 from refseq.features.neural.network import FILE
+from refseq.freed_memory import keep_freed_memory
 from tests.key_network import write_key_network
 from tests.slowest import slowest
 
@@ -22,6 +23,9 @@ from tests.slowest import slowest
 settings.register_profile("quick", deadline=None, max_examples=25)
 settings.register_profile("thorough", deadline=None, max_examples=400)
 settings.load_profile("quick")
+
+# As the commands do it, and campaigns' workers.
+keep_freed_memory()
 
 # A shell without job control lets what it starts in the background ignore Ctrl-C, and children inherit that: those that
 # tests start and interrupt would go on.

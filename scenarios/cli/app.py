@@ -16,6 +16,7 @@ from typing import Annotated
 
 import typer
 
+from refseq.freed_memory import keep_freed_memory
 from refseq.threads import sum_in_one_thread
 from refseq_bench.scenarios.cli.terminal.console import err, out, settle_terminal
 from refseq_bench.scenarios.cli.terminal.options import flag
@@ -112,6 +113,7 @@ def main() -> None:
     """Run the command line: a known error is one line and an exit code, an unknown one comes with its trace."""
     settle_terminal()
     sum_in_one_thread()
+    keep_freed_memory()
     # Systems and CI servers end a job by SIGTERM, a terminal by SIGINT: either leaves behind what Ctrl-C does. What a
     # shell without job control puts in the background ignores SIGINT, and does so here too.
     signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from refseq.freed_memory import keep_freed_memory
 from refseq.threads import sum_in_one_thread
 from refseq_bench.sim.envs.learning.evaluation import evaluate, margin, returns
 from refseq_bench.sim.envs.learning.files import write
@@ -71,6 +72,7 @@ def main() -> None:
     """Run the command line; a known error is one line and exit code 2."""
     # Workers are to take a core each, and not each all of them.
     sum_in_one_thread()
+    keep_freed_memory()
     try:
         app()
     except SimError as error:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from refseq.children import follow_parent
+from refseq.freed_memory import keep_freed_memory
 from refseq.threads import ONE_THREAD
 
 T = TypeVar("T")
@@ -22,6 +23,7 @@ def init_worker(master: int, threads: int) -> None:
     """Begin a worker of the process ``master``, which may draw and filter images with so many threads."""
     os.environ.update(ONE_THREAD)
     os.environ.setdefault(RENDERING, str(threads))
+    keep_freed_memory()
     follow_parent(master)
     import cv2
 
