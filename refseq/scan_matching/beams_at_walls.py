@@ -33,6 +33,11 @@ class BeamsAtWalls(NamedTuple):
     turns: NDArray[np.float64]
 
     @property
+    def pair(self) -> NDArray[np.intp]:
+        """The pair of each, (n,)."""
+        return self.way // 2
+
+    @property
     def slopes(self) -> NDArray[np.float64]:
         """Slopes of the errors by the motion of the scan, (3, n)."""
         return np.stack([*self.normals, cross(self.arms, self.normals)])

@@ -9,12 +9,13 @@ tells stays where it is assumed to be: along a bare corridor the covariance is t
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.pose_graph import motions_between
-from refseq.scan_matching.beams_at_walls import BeamsOfPairs, slopes_of_ways
+from refseq.scan_matching.beams_at_walls import BeamsAtWalls, BeamsOfPairs, slopes_of_ways
 from refseq.scan_matching.lines import ROUNDED, WallLines
 from refseq.scan_matching.walls import ScanWalls
 
@@ -30,6 +31,8 @@ STAYS = 0.01, 0.02
 """Share of the beams that a metre of shift and a radian of turn have to bring: in bare corridors all are alike."""
 ASSUMED = np.array([0.5, 0.5, np.radians(15.0)])
 """Standard deviations of where the other scan is taken to be before the walls tell [m, m, rad]."""
+TOLD_BEFORE = ASSUMED**-2
+"""The information that this is."""
 SCALES = (0.3, 0.2, 0.1, 0.1, 0.05, 0.05, 0.05)
 """Distances from a wall at which an end of a beam has a quarter of its weight [m], step by step."""
 INDEPENDENT = 0.2
@@ -114,30 +117,53 @@ def shares(one: LaidScan, other: LaidScan, motions: NDArray[np.float64], every: 
 def _refined(pairs: Sequence[tuple[LaidScan, LaidScan]], motions: NDArray[np.float64]) -> list[ScanFit | None]:
     """Least squares from poses (P, 3) on: Gauss and Newton, with weights that grow sharper."""
     beams, P = BeamsOfPairs([(one.lines, other.lines) for one, other in pairs]), len(pairs)
-    assumed, lies = ASSUMED**-2, np.ones(P, np.bool_)
+    lies = np.ones(P, np.bool_)
     for scale in SCALES:
-        met, by_motion = beams.met(motions), slopes_of_ways(motions)
-        lies &= np.bincount(met.way // 2, minlength=P) >= FEWEST
-        weights = 1 / np.square(1 + np.square(met.errors / scale))
-        whole = np.maximum(np.bincount(met.way // 2, weights, P), NONE)
-        variance = ROUNDED**2 + np.bincount(met.way // 2, weights * np.square(met.errors), P) / whole
-        weights *= INDEPENDENT / variance[met.way // 2]
-        known = _of_pairs(_squares(met.way, met.slopes, weights, P), by_motion)
-        slope = _sums(met.way, met.slopes * (weights * met.errors), P)[:, None] @ by_motion
-        slope = slope.reshape(P, 2, 3).sum(axis=1) + motions * assumed
-        motions = motions - np.linalg.solve(known + np.diag(assumed), slope[:, :, None])[:, :, 0]
-    lies &= np.abs(motions[:, :2]).max(axis=1) <= REACH + BEYOND
-    lies &= np.abs(motions[:, 2]) <= TURN * (1 + BEYOND)
-    # Of a wall whose direction is uncertain some of what it seems to tell along itself is chance.
-    by_chance = _of_pairs(_squares(met.way, met.along, weights * met.turns, P), by_motion)
-    covariances = np.linalg.inv(_without_negative(known - by_chance) + np.diag(assumed))
-    met = beams.met(motions)
-    close = np.bincount(met.way[np.abs(met.errors) < CLOSE] // 2, minlength=P) / np.maximum(beams.counts, 1)
+        met = beams.met(motions)
+        lies &= np.bincount(met.pair, minlength=P) >= FEWEST
+        step = _step(met, motions, scale)
+        motions = step.motions
+    lies &= (np.abs(motions[:, :2]).max(axis=1) <= REACH + BEYOND) & (np.abs(motions[:, 2]) <= TURN * (1 + BEYOND))
+    covariances, met = _covariances(met, step), beams.met(motions)
+    close = np.bincount(met.pair[np.abs(met.errors) < CLOSE], minlength=P) / np.maximum(beams.counts, 1)
     found: list[ScanFit | None] = [None] * P
     for p in np.flatnonzero(lies).tolist():
         share = float(shares(*pairs[p], motions[p : p + 1])[0])
         found[p] = ScanFit(motions[p], covariances[p], share, share * float(close[p]))
     return found
+
+
+class _Step(NamedTuple):
+    """A step of least squares: ``motions`` (P, 3) that it leads to.
+
+    ``weights`` (n,) are those of the beams, ``by_motion`` (2 P, 3, 3) the slopes of both ways' poses, and ``known``
+    (P, 3, 3) is the information that the beams hold of each motion.
+    """
+
+    motions: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    by_motion: NDArray[np.float64]
+    known: NDArray[np.float64]
+
+
+def _step(met: BeamsAtWalls, motions: NDArray[np.float64], scale: float) -> _Step:
+    """From motions (P, 3) on, with beams weighed by their distance from walls on a ``scale`` [m]."""
+    P, by_motion = len(motions), slopes_of_ways(motions)
+    weights = 1 / np.square(1 + np.square(met.errors / scale))
+    whole = np.maximum(np.bincount(met.pair, weights, P), NONE)
+    variance = ROUNDED**2 + np.bincount(met.pair, weights * np.square(met.errors), P) / whole
+    weights *= INDEPENDENT / variance[met.pair]
+    known = _of_pairs(_squares(met.way, met.slopes, weights, P), by_motion)
+    slope = (_sums(met.way, met.slopes * (weights * met.errors), P)[:, None] @ by_motion).reshape(P, 2, 3).sum(axis=1)
+    ahead = np.linalg.solve(known + np.diag(TOLD_BEFORE), (slope + motions * TOLD_BEFORE)[:, :, None])[:, :, 0]
+    return _Step(motions - ahead, weights, by_motion, known)
+
+
+def _covariances(met: BeamsAtWalls, step: _Step) -> NDArray[np.float64]:
+    """Those of the motions, (P, 3, 3)."""
+    # Of a wall whose direction is uncertain some of what it seems to tell along itself is chance.
+    by_chance = _of_pairs(_squares(met.way, met.along, step.weights * met.turns, len(step.motions)), step.by_motion)
+    return np.asarray(np.linalg.inv(_without_negative(step.known - by_chance) + np.diag(TOLD_BEFORE)), np.float64)
 
 
 def _of_pairs(squares: NDArray[np.float64], by_motion: NDArray[np.float64]) -> NDArray[np.float64]:
