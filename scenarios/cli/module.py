@@ -133,9 +133,12 @@ def localiser(map_file: MapFile, access: RobotAddress = RobotAddress()) -> None:
     """Answer the robot's views with beliefs."""
     policy, map_ = access.policy, load_map(map_file)
 
+    from refseq.map.blocks.reckoned_once import reckon_once
     from refseq.modules.localiser import LocaliserModule
 
-    _run(LocaliserModule(map_), policy)
+    module = LocaliserModule(map_)
+    reckon_once(map_)
+    _run(module, policy)
 
 
 @app.command(

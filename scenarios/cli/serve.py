@@ -58,9 +58,11 @@ def serve(
 
     import asyncio
 
+    from refseq.map.blocks.reckoned_once import reckon_once
     from refseq.serve.server import BeliefServer
 
     server = BeliefServer(map_, options, policy, lambda line: say(err, line))
+    reckon_once(map_)
     asyncio.run(server.run(lambda address: say(out, f"{map_file}: serves at {address}; Ctrl-C ends it")))
     say(out, f"{map_file}: served {plural(server.views, 'view')} of {plural(server.drives, 'drive')}")
 
