@@ -1,7 +1,8 @@
-"""Memory that was freed and is kept by the process: pictures and what is made of them come and go, view after view.
+"""Memory that was freed: kept by the process for what comes next, or given back to the system.
 
 The GNU C library gives large blocks back to the kernel when they are freed, and gets them anew, page by page and
-cleared, for the next picture. That is a third of what SIFT takes on a picture of VGA size, and helps nobody.
+cleared. Pictures and what is made of them come and go view after view: that is a third of what SIFT takes on a picture
+of VGA size, and helps nobody.
 """
 
 import ctypes
@@ -19,9 +20,17 @@ TOLD = "MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_", "GLIBC_TUNABLES"
 
 def keep_freed_memory() -> None:
     """Keep freed memory from now on, where the C library is GNU's and the environment says nothing of it."""
-    if sys.platform != "linux" or any(name in os.environ for name in TOLD):
-        return
-    adjust = getattr(ctypes.CDLL(None), "mallopt", None)
-    if adjust is not None:  # other C libraries have no such function
-        adjust(MMAP_THRESHOLD, LARGE)
-        adjust(TRIM_THRESHOLD, UNUSED)
+    if not any(name in os.environ for name in TOLD):
+        _call("mallopt", MMAP_THRESHOLD, LARGE)
+        _call("mallopt", TRIM_THRESHOLD, UNUSED)
+
+
+def give_back_freed_memory() -> None:
+    """Give all that nothing holds any more back to the system, once, where the C library is GNU's."""
+    _call("malloc_trim", 0)
+
+
+def _call(name: str, *numbers: int) -> None:
+    """Call a function of the C library, which only GNU's has."""
+    if sys.platform == "linux" and (function := getattr(ctypes.CDLL(None), name, None)):
+        function(*numbers)

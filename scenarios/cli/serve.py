@@ -62,7 +62,7 @@ def serve(
     from refseq.serve.server import BeliefServer
 
     server = BeliefServer(map_, options, policy, lambda line: say(err, line))
-    reckon_once(map_)
+    reckon_once(map_, stage=options.stage, sensors=options.sensors)
     asyncio.run(server.run(lambda address: say(out, f"{map_file}: serves at {address}; Ctrl-C ends it")))
     say(out, f"{map_file}: served {plural(server.views, 'view')} of {plural(server.drives, 'drive')}")
 

@@ -1,12 +1,13 @@
 """Growth of this process's memory while something is done again and again."""
 
-import ctypes
 import gc
 import resource
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+
+from refseq.freed_memory import give_back_freed_memory
 
 EVERY = 250
 """Steps between two looks at the memory: fewer would take time, more would leave few points for the fit."""
@@ -17,8 +18,7 @@ WARM_UP = 0.3
 def resident() -> float:
     """Memory that this process holds [MB], after what nobody uses was given back."""
     gc.collect()
-    if trim := getattr(ctypes.CDLL(None), "malloc_trim", None):
-        trim(0)
+    give_back_freed_memory()
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() / 1e6
 

@@ -23,8 +23,6 @@ EXPECTED = 3
 """So many of the places are those that the last belief thought likeliest, the others the words'."""
 OPEN = 2
 """So many times as many places are asked where the robot may be anywhere: at a start, and while it is lost."""
-
-
 BESIDE = 2
 """Places learnt so many views of a path apart are beside each other, and show the same walls."""
 

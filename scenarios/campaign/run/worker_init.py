@@ -4,14 +4,13 @@ It dies with its master. This runs first in a new process: nothing is imported h
 loaded.
 """
 
-import ctypes
 import gc
 import os
 from collections.abc import Callable
 from typing import TypeVar
 
 from refseq.children import follow_parent
-from refseq.freed_memory import keep_freed_memory
+from refseq.freed_memory import give_back_freed_memory, keep_freed_memory
 from refseq.threads import ONE_THREAD
 
 T = TypeVar("T")
@@ -39,8 +38,7 @@ def call_and_trim(function: Callable[..., T], *given: object) -> T:
         return function(*given)
     finally:
         gc.collect()
-        if trim := getattr(ctypes.CDLL(None), "malloc_trim", None):
-            trim(0)
+        give_back_freed_memory()
 
 
 def share(workers: int) -> int:
