@@ -225,9 +225,9 @@ def laser(
     cls=BenchCommand,
     epilog="""Examples:
 
-* `refseq log convert robot_bag drive.mcap --thin 0.5`
-* `refseq log convert drive.mcap bag --format rosbag2`
-* `refseq log convert drive.mcap odometry.tum`
+* `refseq log convert robot_bag --thin 0.5 -o drive.mcap`
+* `refseq log convert drive.mcap --format rosbag2 -o bag`
+* `refseq log convert drive.mcap -o odometry.tum`
 
 Views are written, with all their sensors at one time: samples between them are left out. `refseq log cut` copies
 messages as they are.""",
@@ -235,10 +235,10 @@ messages as they are.""",
 @grouped
 def convert(
     log: LogFile,
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="File or folder to write.")],
+    target: Annotated[Path, output("File or folder to write.")],
     form: Annotated[
         str | None,
-        option("FORMAT", "mcap, rosbag2, carmen, tum or kitti. [default: by the name of OUT]", "--format"),
+        option("FORMAT", "mcap, rosbag2, carmen, tum or kitti. [default: by the output's name]", "--format"),
     ] = None,
     selection: Selection = Selection(),
 ) -> None:

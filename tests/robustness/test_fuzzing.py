@@ -45,7 +45,7 @@ def test_what_falls(found: Outcome, told: str) -> None:
 @pytest.mark.slow
 def test_the_real_command_line(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_text("no log at all\n")
-    found = run(["log", "convert", "a.log", "b.tum"], tmp_path)
+    found = run(["log", "convert", "a.log", "-o", "b.tum"], tmp_path)
     assert found.code == 2
     assert found.err.startswith("error: a.log: is text, so a CARMEN log, and holds no scan")
     assert fell(["log", "info", "missing.mcap"], tmp_path) is None

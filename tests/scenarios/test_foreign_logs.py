@@ -193,7 +193,7 @@ def lines(found: Localised) -> Iterator[str]:
     log = f"{found.second.path} {options}"
     yield f"log info {found.second.path}"
     yield f"log check {log} -o {folder}/check.html"
-    yield f"log convert {log} {folder}/ours.mcap"
+    yield f"log convert {log} -o {folder}/ours.mcap"
     localised = f"{folder}/map.refseq {found.second.path} {folder}/beliefs.parquet {found.second.options}"
     yield f"report {localised} -o {folder}/report.html"
     yield f"view {localised} -o {folder}/localised.rrd"

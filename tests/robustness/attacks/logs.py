@@ -41,9 +41,9 @@ WAYS: tuple[tuple[tuple[str, ...], tuple[int, ...]], ...] = (
     (("info",), (0, 2)),
     (("info", "--json"), (0, 2)),
     (("check",), (0, 1, 2)),
-    (("convert", "out.mcap"), (0, 2)),
-    (("convert", "out.clf"), (0, 2)),
-    (("convert", "out.tum", "--thin", "0.1"), (0, 2)),
+    (("convert", "-o", "out.mcap"), (0, 2)),
+    (("convert", "-o", "out.clf"), (0, 2)),
+    (("convert", "-o", "out.tum", "--thin", "0.1"), (0, 2)),
 )
 """Commands that read a log, and the exit codes that they may have."""
 
@@ -116,7 +116,7 @@ def damaged_trajectory(seed: int, folder: Path) -> Attempt:
     head = {"a.gps.csv": ["time,latitude,longitude"], "b.csv": ["index,x,y,heading"]}.get(name, [])
     (folder / name).write_text("\n".join(_damaged_lines(rng, [*head, *lines])) + "\n", errors="replace")
     given = rng.choice(("--truth", "--odometry"))
-    return tried(["log", "convert", "drive.clf", "out.tum", given, name], folder)
+    return tried(["log", "convert", "drive.clf", "-o", "out.tum", given, name], folder)
 
 
 TRAJECTORIES = (

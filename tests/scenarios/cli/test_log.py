@@ -175,7 +175,7 @@ def test_cut_keeps_a_stretch_and_says_what_it_dropped(drive, tmp_path, capsys):
 
 def test_trim_and_convert_say_what_they_wrote(drive, tmp_path, capsys):
     assert run(capsys, "trim", drive, "-o", tmp_path / "moving.mcap")[0] == 0
-    code, out, _ = run(capsys, "convert", drive, tmp_path / "drive.clf", "--thin", "1")
+    code, out, _ = run(capsys, "convert", drive, "--thin", "1", "-o", tmp_path / "drive.clf")
     assert code == 0
     assert "10 views as carmen; left out: pictures of forward, pictures of lateral" in out
 
@@ -184,13 +184,13 @@ def test_trim_and_convert_say_what_they_wrote(drive, tmp_path, capsys):
     ("words", "told"),
     [
         (["cut", "{drive}", "-o", "{drive}", "--views", "0:3"], "would overwrite"),
-        (["convert", "{drive}", "{drive}"], "would overwrite"),
+        (["convert", "{drive}", "-o", "{drive}"], "would overwrite"),
         (["cut", "{drive}", "-o", "{folder}/o.mcap"], "a stretch is missing"),
         (["cut", "{drive}", "-o", "{folder}/o.mcap", "--views", "0:3", "--times", "1:2"], "exclude each other"),
         (["cut", "{drive}", "-o", "{folder}/o.mcap", "--distances", "90:99"], "valid is FROM:TO within 0:9.8 m"),
         (["cut", "{drive}", "-o", "{folder}/none/o.mcap", "--views", "0:3"], "there is no folder"),
-        (["convert", "{drive}", "{folder}/none/bag", "--format", "rosbag2"], "there is no folder"),
-        (["convert", "{drive}", "{folder}/o.xyz"], "its name tells no format"),
+        (["convert", "{drive}", "-o", "{folder}/none/bag", "--format", "rosbag2"], "there is no folder"),
+        (["convert", "{drive}", "-o", "{folder}/o.xyz"], "its name tells no format"),
         (["trim", "{folder}/none.mcap", "-o", "{folder}/o.mcap"], "No such file"),
     ],
 )

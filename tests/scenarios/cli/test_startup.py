@@ -125,7 +125,7 @@ CHEAP = (
         ),
         (
             {*PICTURES, "foxglove"},
-            "log convert none.mcap none.tum",
+            "log convert none.mcap -o none.tum",
             "log layout none.mcap -o none.json",
         ),
         (

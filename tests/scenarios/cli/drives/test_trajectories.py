@@ -168,7 +168,7 @@ def test_given_odometry_and_an_estimated_truth_are_noted(refseq: Refseq, tmp_pat
         (tmp_path / name).write_text("index,x,y,heading\n" + "".join(f"{k},{0.5 * k},0,0\n" for k in range(6)))
     given = ("--odometry", tmp_path / "wheels.csv", "--truth", tmp_path / "station.csv")
     for out, options in (("plain.mcap", ()), ("given.mcap", given)):
-        assert refseq("log", "convert", tmp_path / "pictures", tmp_path / out, *options).code == 0
+        assert refseq("log", "convert", tmp_path / "pictures", *options, "-o", tmp_path / out).code == 0
     plain, noted = (read_recording(tmp_path / out).metadata for out in ("plain.mcap", "given.mcap"))
     assert plain["odometry"] == "assumed: 1 m a picture"
     assert (noted["odometry"], noted["truth"]) == ("wheels.csv", "station.csv")
