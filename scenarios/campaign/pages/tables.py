@@ -111,6 +111,11 @@ class CampaignRuns:
         """All methods that answered some case, in their order."""
         return list(dict.fromkeys(method for _, method in self.found))
 
+    @cached_property
+    def unfinished(self) -> frozenset[str]:
+        """Cases that some campaign has still to judge: it runs, or was interrupted."""
+        return frozenset(case.name for campaign in self.campaigns for case in campaign.cases if case.verdict is None)
+
 
 def _together(campaign: CampaignRecord) -> Iterator[CaseRecord]:
     """The cases of each scenario of several as one."""
@@ -214,6 +219,8 @@ def _source(case: str, method: str, runs: CampaignRuns, place: str) -> CellSourc
             raise ScenarioError(
                 f"{place}: {what} {name!r} was not judged in these campaigns; valid are {', '.join(valid) or 'none'}"
             )
+    if case in runs.unfinished:
+        raise ScenarioError(f"{place}: a campaign has still to judge case {case!r}; valid are campaigns that have ended")
     source = runs.found.get((case, method))
     if source and case == f"{source.case.scenario}/{ALL}":
         _check_same_seeds(source, place)

@@ -166,6 +166,12 @@ def test_the_later_campaign_counts() -> None:
     assert "2 to 5 seeds a case" in text
 
 
+def test_a_case_that_a_campaign_has_still_to_judge_is_not_shown_by_an_earlier_one() -> None:
+    running = run(judged("day", ("a", 5)), case("night", None))
+    with pytest.raises(ScenarioError, match=r"row 'by night', .*: a campaign has still to judge case 'night'; valid"):
+        body(PAGE, RUN, running)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
