@@ -220,7 +220,9 @@ def _source(case: str, method: str, runs: CampaignRuns, place: str) -> CellSourc
                 f"{place}: {what} {name!r} was not judged in these campaigns; valid are {', '.join(valid) or 'none'}"
             )
     if case in runs.unfinished:
-        raise ScenarioError(f"{place}: a campaign has still to judge case {case!r}; valid are campaigns that have ended")
+        raise ScenarioError(
+            f"{place}: a campaign has still to judge case {case!r}; valid are campaigns that have ended"
+        )
     source = runs.found.get((case, method))
     if source and case == f"{source.case.scenario}/{ALL}":
         _check_same_seeds(source, place)
