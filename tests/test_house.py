@@ -24,6 +24,8 @@ LINKED = {"sim", "worlds", "robots", "scenarios"}
 """Rooms that are imported from ``refseq_bench``, which links to them."""
 ROOMS = {*LINKED, "refseq", "tests"}
 
+LARGEST = 1 << 20
+"""Bytes of a tracked file; the largest picture of the pages has half as many."""
 FOREIGN = {
     "machine path": re.compile(r"(?<![\w.~-])/(?:(?:home|Users)/\w|(?:root|work|mnt)/)"),
     "registry address": re.compile(
@@ -41,6 +43,11 @@ def tracked() -> list[Path]:
         pytest.skip("not a git checkout, so nothing tells what is tracked")
     names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True).stdout
     return [ROOT / name for name in names.split("\0") if name and (ROOT / name).is_file()]
+
+
+def test_nothing_large_is_tracked():
+    """Recordings, maps and reports are made, not kept: each would stay in every clone for good."""
+    assert [path for path in tracked() if path.stat().st_size > LARGEST] == []
 
 
 # Put together here, so that this file does not hold what it looks for.
