@@ -66,22 +66,36 @@ for name in (*LIVE, *LIVE_SCREENS):
 
 
 class BenchCommand(TyperCommand):
-    """A command whose help shows no type for flags, and that takes no empty word for a path."""
+    """A command whose help shows no type for flags, and that takes no empty word, and no option, for a path."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """As Typer's. Raises ``UsageError`` for an empty path, which would stand for the folder that one is in."""
+        """As Typer's. Raises ``UsageError`` for an empty path, which would stand for the folder that one is in.
+
+        So it does for one that is the name of an option, as in ``-o --help``: the path was forgotten.
+        """
         given, *_ = self.make_parser(ctx).parse_args(args=list(args))
-        parameters: list[Any] = list(self.params)
-        for parameter in parameters:
+        parameters: list[Any] = list(self.get_params(ctx))
+        options = {name for parameter in parameters for name in parameter.opts if name.startswith("-")}
+        for parameter in filter(_is_path, parameters):
             values = given.get(str(parameter.name))
-            if _is_path(parameter) and "" in ([values] if isinstance(values, str) else values or ()):
-                told = "'' is no name; valid is that of a file or folder: is a variable of the shell not set?"
-                raise typer.BadParameter(told, ctx, parameter)
+            for value in [values] if isinstance(values, str) else values or ():
+                # Behind a bare -- an argument may well begin with a dash.
+                if told := _no_path(value, options if parameter.param_type_name == "option" else ()):
+                    raise typer.BadParameter(told, ctx, parameter)
         return super().parse_args(ctx, args)
 
     def get_help_option(self, ctx: Any) -> Any:
         """As Typer's, without a placeholder."""
         return _plain(super().get_help_option(ctx))
+
+
+def _no_path(value: str, options: Collection[str]) -> str | None:
+    """Tell why a word is no path, if it is none."""
+    if not value:
+        return "'' is no name; valid is that of a file or folder: is a variable of the shell not set?"
+    if value in options:
+        return f"{value!r} is an option, not the name that is missing; a file of that name is ./{value}"
+    return None
 
 
 def _is_path(parameter: Any) -> bool:

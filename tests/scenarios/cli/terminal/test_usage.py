@@ -34,6 +34,12 @@ RECORD = "record hallway -o new.mcap"
     [
         ("recrod hallway", "command 'recrod' is unknown; the nearest is 'record'"),
         ("world paint", "command 'world paint' is unknown; valid are list, show, check, draw, contact-sheet, lux, "),
+        (
+            "demo -o --help",
+            "--output FOLDER: '--help' is an option, not the name that is missing; a file of that name is ./--help",
+        ),
+        ("learn drive.mcap -o --thin", "--output FILE: '--thin' is an option, not the name that is missing; a file of"),
+        ("learn -o new.refseq -- --thin", "--thin: cannot be read: No such file or directory"),
         (f"{RECORD} --sed 2", "option '--sed' of 'refseq record' is unknown; the nearest is '--seed'"),
         (f"{RECORD} --end 0", "option '--end' of 'refseq record' is unknown; valid are --"),
         ("robot list --wings", "option '--wings' of 'refseq robot list' is unknown; valid are --json, --help"),
