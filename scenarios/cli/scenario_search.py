@@ -42,7 +42,12 @@ change from the file at which it still fails; both are scenario files that `refs
 def search(
     scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A path (.toml), a name, or a single case.")],
     method: Annotated[str, option("NAME", "Method whose worst point is sought, as best/chain or topometric.")],
-    budget: Annotated[int, option("N", "Points to run, before shrinking.", min=1, max=10_000)],
+    budget: Annotated[
+        int,
+        option(
+            "N", "Points to run, before shrinking; those where the robot gets stuck come on top.", min=1, max=10_000
+        ),
+    ],
     seed: Annotated[int, option("N", "Seed of the search.", min=0)] = 1,
     dial: Annotated[
         list[str] | None, option("NAME", "Turn only this dial, or NAME=FROM:TO; may be repeated. [default: all]")

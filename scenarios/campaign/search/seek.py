@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 RANDOM_SHARE = 0.3
 """Part of the budget that is drawn evenly before the sampler models what it saw: a choice."""
+TRIES = 2
+"""Times the budget that points are tried at most, those among them at which nobody could drive."""
+HARMLESS = 1.0
+"""What the sampler is told of a point at which nobody could drive: nobody fails there. Told nothing it asks for it again."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,7 @@ def seek(probe: Callable[[Point], Found], dials: Mapping[str, Dial], budget: int
     """Run ``budget`` points, of which each is chosen by those before it; yields each.
 
     The sampler is Optuna's tree-structured Parzen estimator (J. Bergstra et al., NeurIPS 2011) over all dials together.
-    The same seed seeks the same points. One at which nobody could drive teaches it nothing.
+    The same seed seeks the same points. One at which nobody could drive does not count, until there are as many such.
     """
     import optuna
 
@@ -72,16 +76,16 @@ def seek(probe: Callable[[Point], Found], dials: Mapping[str, Dial], budget: int
         sampler = optuna.samplers.TPESampler(
             seed=seed, multivariate=True, n_startup_trials=max(2, math.ceil(RANDOM_SHARE * budget))
         )
-    study = optuna.create_study(sampler=sampler)
-    for _ in range(budget):
+    study, driven = optuna.create_study(sampler=sampler), 0
+    for _ in range(TRIES * budget):
         trial = study.ask()
-        drawn = {name: _drawn(trial, name, dial) for name, dial in dials.items()}
-        found = probe(drawn)
-        if math.isnan(found.value):
-            study.tell(trial, state=optuna.trial.TrialState.FAIL)
-        else:
-            study.tell(trial, found.value)
+        found = probe({name: _drawn(trial, name, dial) for name, dial in dials.items()})
+        could_drive = not math.isnan(found.value)
+        study.tell(trial, found.value if could_drive else HARMLESS)
         yield found
+        driven += could_drive
+        if driven == budget:
+            return
 
 
 def _drawn(trial: "optuna.Trial", name: str, dial: Dial) -> Value:

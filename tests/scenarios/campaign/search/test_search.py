@@ -50,6 +50,22 @@ def test_points_are_chosen_by_those_before_them() -> None:
     assert late.mean() < np.mean(even) - 5 * np.std(even) / math.sqrt(len(late))
 
 
+def test_where_nobody_can_drive_costs_no_point_and_is_left_alone() -> None:
+    def half(point: Point) -> Found:
+        return Found(point, math.nan, math.nan, "stuck") if float(point["x"]) > 4 else valley(point)
+
+    def drivable(found: list[Found]) -> list[bool]:
+        return [not math.isnan(one.value) for one in found]
+
+    tried = [drivable(list(seek(half, DIALS, 30, seed))) for seed in range(4)]
+    assert all(sum(one) == 30 and one[-1] for one in tried)
+    assert np.mean([one[-15:] for one in tried]) > 0.55, "of points that are drawn evenly 5 of 11"
+
+
+def test_a_search_ends_though_nobody_can_drive_anywhere() -> None:
+    assert len(list(seek(lambda point: Found(point, math.nan, math.nan, "stuck"), DIALS, 5, seed=1))) == 10
+
+
 def test_the_worst_failure_is_a_failure() -> None:
     """The narrow share of many points is 0, though they pass; those that fail have a higher mean."""
 
