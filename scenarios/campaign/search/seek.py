@@ -20,7 +20,7 @@ RANDOM_SHARE = 0.3
 TRIES = 2
 """Times the budget that points are tried at most, those among them at which nobody could drive."""
 HARMLESS = 1.0
-"""What the sampler is told of a point at which nobody could drive: nobody fails there. Told nothing it asks for it again."""
+"""Success that the sampler is told of a point at which nobody could drive; told nothing, it would ask for it again."""
 
 
 @dataclass(frozen=True)
