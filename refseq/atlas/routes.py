@@ -21,6 +21,8 @@ from refseq.errors import MapError
 from refseq.map.map import Map
 from refseq.map.paths.path import MapPath
 
+START, END = "start", "end"
+"""Names of a path's first and last view."""
 CHANGE = 5.0
 """Saving that makes a change of paths worth it [m]; a choice: the length of the shortest stretch that is joined.
 
@@ -115,16 +117,20 @@ def _names(group: Sequence[str]) -> str:
 def place_of(map_: Map, name: str) -> int:
     """The place that people call PATH:VIEW, as ``east:3``: where view 3 of that path lies, counted through.
 
-    Views are numbered as the path was learnt, from 0. Raises ``MapError`` for what is no such name, a path that the
-    map does not have, and a view that the path does not have.
+    Views are numbered as the path was learnt, from 0; ``east:start`` and ``east:end`` are the first and the last.
+    Raises ``MapError`` for what is no such name, a path that the map does not have, and a view that the path does not
+    have.
     """
     paths = {path.name: path for path in map_.paths}
-    found = re.fullmatch(r"(.+):(-?[0-9]{1,9})", name, re.DOTALL)
+    found = re.fullmatch(rf"(.+):({START}|{END}|-?[0-9]{{1,9}})", name, re.DOTALL)
     if found is None:
-        raise MapError(f"place {name!r} is no PATH:VIEW; valid is a path and a view of it: {map_.paths[0].name}:0")
-    path, view = found[1], int(found[2])
+        known = map_.paths[0].name
+        raise MapError(f"place {name!r} is no PATH:VIEW; valid is a path and a view of it: {known}:0, {known}:{END}")
+    path = found[1]
     if path not in paths:
         raise MapError(f"place {name!r}: path {path!r} is unknown; valid are {', '.join(paths)}")
+    ends = {START: 0, END: len(paths[path]) - 1}
+    view = ends[found[2]] if found[2] in ends else int(found[2])
     if not 0 <= view < len(paths[path]):
         raise MapError(
             f"place {name!r}: path {path!r} has {len(paths[path])} views; valid is 0 to {len(paths[path]) - 1}"

@@ -353,13 +353,15 @@ def plan(
 
 @app.command(
     cls=BenchCommand,
-    epilog="""Example: `refseq map route whole.refseq east:3 west:90`
+    epilog="""Example: `refseq map route whole.refseq east:3 west:end`
 
 Exit codes: 0 a route leads there; 1 none does; 2 bad input.""",
 )
 def route(
     map_file: MapFile,
-    start: Annotated[str, typer.Argument(metavar="FROM", help="Place PATH:VIEW, a path and a view of it, from 0.")],
+    start: Annotated[
+        str, typer.Argument(metavar="FROM", help="Place PATH:VIEW: a path and a view of it, from 0, or start or end.")
+    ],
     goal: Annotated[str, typer.Argument(metavar="TO", help="Place to go to, likewise.")],
     as_json: Json = False,
 ) -> None:

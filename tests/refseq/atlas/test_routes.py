@@ -199,6 +199,7 @@ def test_a_ring_of_three_is_driven_one_way_round() -> None:
 def test_places_go_by_paths_and_views() -> None:
     atlas = atlas_of(([0, 1, 2, 3, 4, 5], [1.0] * 5), ([3, 3, 0], [1.0] * 2))
     assert [place_of(atlas, f"path-b:{view}") for view in range(3)] == [3, 3, 0]
+    assert [place_of(atlas, f"path-b:{end}") for end in ("start", "end")] == [3, 0]
     assert [place_name(atlas, place) for place in range(PLACES)] == [f"path-a:{view}" for view in range(6)]
     turned = replace(atlas, paths=atlas.paths[::-1])
     assert [place_name(turned, place) for place in (0, 3, 5)] == ["path-b:2", "path-b:0", "path-a:5"]
@@ -211,12 +212,20 @@ def test_a_name_may_hold_a_colon() -> None:
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("path-a", "place 'path-a' is no PATH:VIEW; valid is a path and a view of it: path-a:0"),
-        ("path-a:", "place 'path-a:' is no PATH:VIEW; valid is a path and a view of it: path-a:0"),
-        (":3", "place ':3' is no PATH:VIEW; valid is a path and a view of it: path-a:0"),
-        ("path-a:3.5", "place 'path-a:3.5' is no PATH:VIEW; valid is a path and a view of it: path-a:0"),
-        ("path-a:\u0663", "place 'path-a:\u0663' is no PATH:VIEW; valid is a path and a view of it: path-a:0"),
-        ("path\n:x", "place 'path\\n:x' is no PATH:VIEW; valid is a path and a view of it: path-a:0"),
+        ("path-a", "place 'path-a' is no PATH:VIEW; valid is a path and a view of it: path-a:0, path-a:end"),
+        ("path-a:", "place 'path-a:' is no PATH:VIEW; valid is a path and a view of it: path-a:0, path-a:end"),
+        (":3", "place ':3' is no PATH:VIEW; valid is a path and a view of it: path-a:0, path-a:end"),
+        (
+            "path-a:middle",
+            "place 'path-a:middle' is no PATH:VIEW; valid is a path and a view of it: path-a:0, path-a:end",
+        ),
+        ("moon:end", "place 'moon:end': path 'moon' is unknown; valid are path-a, path-b"),
+        ("path-a:3.5", "place 'path-a:3.5' is no PATH:VIEW; valid is a path and a view of it: path-a:0, path-a:end"),
+        (
+            "path-a:\u0663",
+            "place 'path-a:\u0663' is no PATH:VIEW; valid is a path and a view of it: path-a:0, path-a:end",
+        ),
+        ("path\n:x", "place 'path\\n:x' is no PATH:VIEW; valid is a path and a view of it: path-a:0, path-a:end"),
         ("path-a:" + "1" * 5000, "is no PATH:VIEW"),
         ("moon:3", "place 'moon:3': path 'moon' is unknown; valid are path-a, path-b"),
         ("path-b:2", "place 'path-b:2': path 'path-b' has 2 views; valid is 0 to 1"),

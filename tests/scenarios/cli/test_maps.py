@@ -797,7 +797,10 @@ def test_where_nothing_leads_the_exit_code_is_one(
     [
         ("none.refseq west:0 west:1", "none.refseq: cannot be read: No such file or directory"),
         ("text.refseq west:0 west:1", "text.refseq: is not a .refseq map, or is damaged: "),
-        ("atlas.refseq west west:1", "place 'west' is no PATH:VIEW; valid is a path and a view of it: west:0"),
+        (
+            "atlas.refseq west west:1",
+            "place 'west' is no PATH:VIEW; valid is a path and a view of it: west:0, west:end",
+        ),
         ("atlas.refseq west:0 north:1", "place 'north:1': path 'north' is unknown; valid are west, east"),
         ("atlas.refseq west:28 east:0", "place 'west:28': path 'west' has 28 views; valid is 0 to 27"),
         ("west.refseq west:0 west:-1", "place 'west:-1': path 'west' has 28 views; valid is 0 to 27"),
