@@ -64,7 +64,7 @@ def table(learnt: TrainedPolicy) -> str:
 
 def curve(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[EvaluationEpisode, ...]) -> Figure:
     """Return against steps and against time: what was learnt from, and what the players made of other episodes."""
-    figure = Figure(figsize=(10, 4), layout="constrained")
+    figure = Figure(figsize=(10, 4.5), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     returned = np.array([one.returned for one in learnt.practice])
     where = "other worlds" if config.tried_elsewhere else "same worlds, other episodes"
@@ -72,8 +72,11 @@ def curve(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[Evaluat
     _draw(right, np.array([one.seconds for one in learnt.practice]), returned, learnt.seconds, episodes, where)
     left.set(xlabel="steps of all robots", ylabel="return of an episode")
     right.set(xlabel="time [s]")
-    figure.suptitle(f"{TASKS[config.task]}, {config.robots} robots, seed {config.seed}")
-    left.legend(loc="upper left", fontsize="small")
+    robots = "1 robot" if config.robots == 1 else f"{config.robots} robots"
+    taught = f", {config.taught} episodes imitated" if config.taught else ""
+    figure.suptitle(f"{TASKS[config.task]}, {robots}{taught}, seed {config.seed}")
+    # Below both: what was learnt may lie anywhere, in a corner too where it was only imitated.
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small")
     return figure
 
 
@@ -91,10 +94,11 @@ def _draw(
     axes.axhline(played["ahead"].mean(), color=PLAIN, linestyle="--", label=f"always ahead, {where}: mean")
     if EXECUTOR in played:
         axes.axhline(played[EXECUTOR].mean(), color=TACTICAL, linestyle=":", label="the executor: mean")
-    axes.plot(when, returned, ".", color=LEARNT, alpha=0.5, markersize=5, label="an episode learnt from")
+    if len(returned):
+        axes.plot(when, returned, ".", color=LEARNT, alpha=0.5, markersize=5, label="an episode learnt from")
     if len(returned) >= RUNNING:
         means = np.convolve(returned, np.full(RUNNING, 1 / RUNNING), "valid")
         axes.plot(when[RUNNING - 1 :], means, color=LEARNT, label=f"mean of the last {RUNNING}")
-    axes.plot(end, played["learnt"].mean(), "D", color="black", label=f"learnt, {where}: mean")
-    axes.set_xlim(left=0)
+    axes.plot(end, played["learnt"].mean(), "D", color="black", clip_on=False, label=f"learnt, {where}: mean")
+    axes.set_xlim(0, 1.05 * max(end, 1))
     axes.grid(alpha=0.3)

@@ -198,8 +198,7 @@ def test_the_legend_tells_where_the_players_played(world: str, where: str) -> No
     episodes = tuple(EvaluationEpisode(player, world, i, i - 3.0, 9, False) for player in PLAYERS for i in range(4))
     held_out = () if world == "rooms:0" else (world,)
     config = TrainingConfig("CrossDoor", worlds=("rooms:0",), held_out=held_out)
-    legend = curve(config, TrainedPolicy((), 3000, 45.0), episodes).axes[0].get_legend()
-    assert legend is not None
+    (legend,) = curve(config, TrainedPolicy((), 3000, 45.0), episodes).legends
     said = [text.get_text() for text in legend.get_texts()]
     assert [text for text in said if f", {where}: " in text] == [text for text in said if " world" in text]
     assert len([text for text in said if " world" in text]) == 3
