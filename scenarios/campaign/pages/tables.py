@@ -113,8 +113,14 @@ class CampaignRuns:
 
     @cached_property
     def unfinished(self) -> frozenset[str]:
-        """Cases that some campaign has still to judge: it runs, or was interrupted."""
-        return frozenset(case.name for campaign in self.campaigns for case in campaign.cases if case.verdict is None)
+        """Cases that some campaign has still to judge, and SCENARIO/* of theirs: it runs, or was interrupted."""
+        return frozenset(
+            name
+            for campaign in self.campaigns
+            for case in campaign.cases
+            if case.verdict is None
+            for name in (case.name, f"{case.scenario}/{ALL}")
+        )
 
 
 def _together(campaign: CampaignRecord) -> Iterator[CaseRecord]:

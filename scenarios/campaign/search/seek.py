@@ -76,7 +76,8 @@ def seek(probe: Callable[[Point], Found], dials: Mapping[str, Dial], budget: int
         sampler = optuna.samplers.TPESampler(
             seed=seed, multivariate=True, n_startup_trials=max(2, math.ceil(RANDOM_SHARE * budget))
         )
-    study, driven = optuna.create_study(sampler=sampler), 0
+    study = optuna.create_study(sampler=sampler)
+    driven = 0
     for _ in range(TRIES * budget):
         trial = study.ask()
         found = probe({name: _drawn(trial, name, dial) for name, dial in dials.items()})

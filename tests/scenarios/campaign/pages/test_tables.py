@@ -172,6 +172,14 @@ def test_a_case_that_a_campaign_has_still_to_judge_is_not_shown_by_an_earlier_on
         body(PAGE, RUN, running)
 
 
+def test_all_cases_of_a_scenario_are_not_shown_while_one_is_still_to_be_judged() -> None:
+    cases = judged("track/day", ("a", 9), ("b", 3)), judged("track/night", ("a", 4), ("b", 2))
+    all_cases = page(('case = "day"', 'case = "track/*"'), ('case = "night"', 'case = "track/day"'))
+    assert body(all_cases, run(*cases)).count("of 20") == 2
+    with pytest.raises(ScenarioError, match=r"a campaign has still to judge case 'track/\*'; valid"):
+        body(all_cases, run(*cases), run(cases[0], case("track/night", None)))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
