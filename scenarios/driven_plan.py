@@ -3,11 +3,10 @@
 A world's name tells no plan: one's own may have the name of a world of the library.
 """
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from refseq_bench.text_file import LONGEST_TEXT
+from refseq_bench.scenarios.recorded_config import recorded_config
 from refseq_bench.worlds.errors import WorldsError
 from refseq_bench.worlds.plans.load import load_plan
 from refseq_bench.worlds.plans.rules import checked
@@ -39,13 +38,9 @@ def known_by_name(metadata: Mapping[str, object]) -> bool:
 
 def _recorded(metadata: Mapping[str, object]) -> FloorPlan | None:
     """The plan that a recording holds, where it is there and of the name that is told."""
-    text = str(metadata.get("config", ""))
-    if len(text) > LONGEST_TEXT:
-        return None
     try:
-        told, _ = json.JSONDecoder().raw_decode(text)
-        plan = checked(FloorPlan.model_validate(told["plan"]), "the recording's plan")
-    except (ValueError, TypeError, KeyError, RecursionError, WorldsError):
+        plan = checked(FloorPlan.model_validate(recorded_config(metadata).get("plan")), "the recording's plan")
+    except (ValueError, TypeError, RecursionError, WorldsError):
         return None
     return plan if plan.name == metadata.get("world") else None
 

@@ -1,11 +1,13 @@
 """The report of a run: one HTML page that needs nothing beside it."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from refseq.files import replace_text
 from refseq.logs.notes import NOTES
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.recorded_config import recorded_config
 from refseq_bench.scenarios.report.outline import outline_for
 from refseq_bench.scenarios.report.page import rendered
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
@@ -13,6 +15,8 @@ from refseq_bench.scenarios.report.sections.experiment import SectionSettings, s
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 from refseq_bench.scenarios.tables import NONE
+from refseq_bench.sim.drives.operator import STYLES, OperatorStyle
+from refseq_bench.sim.errors import SimError
 
 LONG_VALUE = 80
 """Metadata longer than this many characters are folded away."""
@@ -91,7 +95,7 @@ def _values(drives: Iterable[Mapping[str, object]]) -> dict[str, tuple[str, ...]
     """All distinct values of each key, nested ones under ``outer.inner``."""
     seen: dict[str, dict[str, None]] = {}
     for metadata in drives:
-        for key, value in _flat(metadata):
+        for key, value in (*_flat(metadata), *_operator(metadata)):
             seen.setdefault(key, {})[str(value)] = None
     return {key: tuple(values) for key, values in seen.items()}
 
@@ -102,6 +106,23 @@ def _flat(metadata: Mapping[str, object], prefix: str = "") -> Iterable[tuple[st
             yield from _flat(value, f"{prefix}{key}.")
         else:
             yield prefix + key, value
+
+
+def _operator(metadata: Mapping[str, object]) -> Iterable[tuple[str, str]]:
+    """Row of the person who led, where that was no careful one on the route's own lane."""
+    told = recorded_config(metadata).get("operator")
+    try:
+        style = OperatorStyle(**told) if isinstance(told, dict) else OperatorStyle()
+    except (TypeError, SimError):
+        return  # of another version, or somebody else's
+    own_lane = replace(style, strength=1.0, side=0.0)
+    words = [
+        "" if own_lane == OperatorStyle() else next((name for name, one in STYLES.items() if one == own_lane), "own"),
+        f"strength {style.strength:g}" if style.strength != 1 else "",
+        f"{abs(style.side):g} m to the {'left' if style.side > 0 else 'right'}" if style.side else "",
+    ]
+    if any(words):
+        yield "operator", ", ".join(filter(None, words))
 
 
 def _key_order(key: str) -> tuple[int, str]:

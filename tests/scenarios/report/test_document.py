@@ -1,8 +1,9 @@
 import base64
 import io
+import json
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ from refseq_bench.scenarios.scoring.figures import figures, success_over_seeds
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, path_of
 from refseq_bench.scenarios.scoring.score import pool, score
 from refseq_bench.scenarios.scoring.truth import unscored_reason
+from refseq_bench.sim.drives.operator import STYLES
 from tests.support import CORRIDOR, certain, corridor_comparison
 
 COUNT = 30
@@ -209,6 +211,26 @@ def test_metadata_that_are_long_on_one_side_are_told_of_both(runs: list[Comparis
     one = replace(runs[0], reference_metadata={"odometry": "wheels", "a": 1}, query_metadata={"odometry": "w" * 99})
     assert facts([one]) == [("a", "1", "n/a")]
     assert details([one]) == [("query: odometry", "w" * 99), ("reference: odometry", "wheels")]
+
+
+LED = {
+    "careful": ({}, None),
+    "aside": ({"side": -0.2}, "0.2 m to the right"),
+    "weaving": ({**asdict(STYLES["weaving"]), "side": 0.6, "strength": 2}, "weaving, strength 2, 0.6 m to the left"),
+    "own": ({"speed": 0.2}, "own"),
+    "of another version": ({"haste": 1}, None),
+    "no numbers": ({"side": "left"}, None),
+    "nobody": (None, None),
+}
+
+
+@pytest.mark.parametrize(("style", "told"), LED.values(), ids=LED)
+def test_who_led_is_told_where_it_was_no_careful_person(
+    style: dict[str, Any] | None, told: str | None, runs: list[Comparison]
+) -> None:
+    led = {"config": json.dumps({"operator": style})}
+    one = replace(runs[0], reference_metadata={}, query_metadata=led)
+    assert [row for row in facts([one]) if row[0] == "operator"] == ([("operator", "n/a", told)] if told else [])
 
 
 def test_notes_stand_among_what_was_driven_however_long_they_are(odd: str) -> None:
