@@ -39,6 +39,8 @@ INDEPENDENT = 0.2
 """Share of the beams whose errors are taken as independent: what is off is off for many. More makes poses surer."""
 BEYOND = 0.25
 """A pose may come to lie so far beyond where it was sought [m, and share of the turn]."""
+FARTHEST = REACH + BEYOND
+"""No pose lies farther along or aside from where it was sought [m]."""
 CLOSE = 0.03
 """Ends of beams so near to a wall [m] are of it, where scores are counted. More forgives more."""
 FEWEST = 20
@@ -92,18 +94,23 @@ class ScanFit:
     score: float
 
 
-def fitted(pairs: Sequence[tuple[LaidScan, LaidScan]]) -> list[ScanFit | None]:
+def fitted(
+    pairs: Sequence[tuple[LaidScan, LaidScan]], about: NDArray[np.float64] | None = None
+) -> list[ScanFit | None]:
     """Lay the second scan of each pair on the first; None where too few beams meet, or only beyond where it is sought.
 
-    Of a pair the same is found among others as alone, but for rounding.
+    It is sought ``about`` motions (P, 3), where the first was taken by default. Of a pair the same is found among
+    others as alone, but for rounding.
     """
-    bunches = [pairs[start : start + BUNCH] for start in range(0, len(pairs), BUNCH)]
-    return [fit for bunch in bunches for fit in _refined(bunch, np.stack([_start(*pair) for pair in bunch]))]
+    about = np.zeros((len(pairs), 3)) if about is None else about
+    bunches = [slice(start, start + BUNCH) for start in range(0, len(pairs), BUNCH)]
+    return [fit for bunch in bunches for fit in _refined(pairs[bunch], about[bunch])]
 
 
-def _start(one: LaidScan, other: LaidScan) -> NDArray[np.float64]:
-    """The best pose of the grid, (3,)."""
-    return np.asarray(GRID[(shares(one, other, GRID, BEAMS) - FARTHER).argmax()])
+def _start(one: LaidScan, other: LaidScan, about: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The best pose of the grid about a motion (3,), (3,)."""
+    grid = GRID + about
+    return np.asarray(grid[(shares(one, other, grid, BEAMS) - FARTHER).argmax()])
 
 
 def shares(one: LaidScan, other: LaidScan, motions: NDArray[np.float64], every: int = 1) -> NDArray[np.float64]:
@@ -114,16 +121,18 @@ def shares(one: LaidScan, other: LaidScan, motions: NDArray[np.float64], every: 
     return np.asarray(met / np.maximum(met + through, 1))
 
 
-def _refined(pairs: Sequence[tuple[LaidScan, LaidScan]], motions: NDArray[np.float64]) -> list[ScanFit | None]:
-    """Least squares from poses (P, 3) on: Gauss and Newton, with weights that grow sharper."""
+def _refined(pairs: Sequence[tuple[LaidScan, LaidScan]], about: NDArray[np.float64]) -> list[ScanFit | None]:
+    """Least squares from the grids about motions (P, 3) on: Gauss and Newton, with weights that grow sharper."""
+    motions = np.stack([_start(*pair, near) for pair, near in zip(pairs, about, strict=True)])
     beams, P = BeamsOfPairs([(one.lines, other.lines) for one, other in pairs]), len(pairs)
     lies = np.ones(P, np.bool_)
     for scale in SCALES:
         met = beams.met(motions)
         lies &= np.bincount(met.pair, minlength=P) >= FEWEST
-        step = _step(met, motions, scale)
+        step = _step(met, motions, about, scale)
         motions = step.motions
-    lies &= (np.abs(motions[:, :2]).max(axis=1) <= REACH + BEYOND) & (np.abs(motions[:, 2]) <= TURN * (1 + BEYOND))
+    off = np.abs(motions - about)
+    lies &= (off[:, :2].max(axis=1) <= FARTHEST) & (off[:, 2] <= TURN * (1 + BEYOND))
     covariances, met = _covariances(met, step), beams.met(motions)
     close = np.bincount(met.pair[np.abs(met.errors) < CLOSE], minlength=P) / np.maximum(beams.counts, 1)
     found: list[ScanFit | None] = [None] * P
@@ -146,7 +155,7 @@ class _Step(NamedTuple):
     known: NDArray[np.float64]
 
 
-def _step(met: BeamsAtWalls, motions: NDArray[np.float64], scale: float) -> _Step:
+def _step(met: BeamsAtWalls, motions: NDArray[np.float64], about: NDArray[np.float64], scale: float) -> _Step:
     """From motions (P, 3) on, with beams weighed by their distance from walls on a ``scale`` [m]."""
     P, by_motion = len(motions), slopes_of_ways(motions)
     weights = 1 / np.square(1 + np.square(met.errors / scale))
@@ -155,7 +164,9 @@ def _step(met: BeamsAtWalls, motions: NDArray[np.float64], scale: float) -> _Ste
     weights *= INDEPENDENT / variance[met.pair]
     known = _of_pairs(_squares(met.way, met.slopes, weights, P), by_motion)
     slope = (_sums(met.way, met.slopes * (weights * met.errors), P)[:, None] @ by_motion).reshape(P, 2, 3).sum(axis=1)
-    ahead = np.linalg.solve(known + np.diag(TOLD_BEFORE), (slope + motions * TOLD_BEFORE)[:, :, None])[:, :, 0]
+    ahead = np.linalg.solve(known + np.diag(TOLD_BEFORE), (slope + (motions - about) * TOLD_BEFORE)[:, :, None])[
+        :, :, 0
+    ]
     return _Step(motions - ahead, weights, by_motion, known)
 
 

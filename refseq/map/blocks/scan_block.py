@@ -6,8 +6,8 @@ scores fall by on the way to the next place, and the nearest of neighbours loses
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,8 @@ from refseq.inference.matching.log_ratio import Calibration
 from refseq.map.blocks.few_places import beside, beyond_nearest, pairs_elsewhere
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
-from refseq.scan_matching.fit import ScanFit, fitted, laid_scan
+from refseq.pose_graph import motions_between
+from refseq.scan_matching.fit import FARTHEST, ScanFit, fitted, laid_scan
 from refseq.view import LASER
 
 VIEWS, PLACES = 40, 5
@@ -89,17 +90,32 @@ def known_scans(map_: Map) -> KnownScans:
     """By the reference's own scans: some laid on those of places far from them, some on the place before them."""
     laid = lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
 
-    def fits(pairs: Iterable[tuple[int, int]]) -> list[ScanFit | None]:
-        """Scans of views laid on those of places, of the pairs that have both."""
-        both = ((laid(place), laid(view)) for view, place in pairs)
-        return fitted([(there, seen) for there, seen in both if there is not None and seen is not None])
+    def fits(pairs: Iterable[tuple[int, int]], way: Callable[[int, int], NDArray[np.float64]]) -> list[ScanFit | None]:
+        """Scans of views laid on those of places, of the pairs that have both, sought about the way there."""
+        both = [
+            (there, seen, way(place, view)) for view, place in pairs if (there := laid(place)) and (seen := laid(view))
+        ]
+        return fitted([pair[:2] for pair in both], np.array([about for _, _, about in both]).reshape(-1, 3))
 
     half = map_.usual_step / 2
     views = np.unique(np.linspace(1, len(map_) - 1, VIEWS).round().astype(int)) if len(map_) > 1 else np.zeros(0, int)
-    steps = fits((view, view - 1) for view in views[map_.in_a_row(views, views - 1, 1)].tolist())
+    in_a_row = [(view, view - 1) for view in views[map_.in_a_row(views, views - 1, 1)].tolist()]
+    steps = fits(in_a_row, partial(beyond_reach, map_))
     fall = falls(steps)
-    own, others = scores(steps, fall, half), scores(fits(pairs_elsewhere(map_, VIEWS, PLACES)), fall, half)
+    elsewhere = fits(pairs_elsewhere(map_, VIEWS, PLACES), lambda place, view: np.zeros(3))
+    own, others = scores(steps, fall, half), scores(elsewhere, fall, half)
     return KnownScans(Calibration(others), fall, half, better(own, others))
+
+
+def beyond_reach(map_: Map, place: int, view: int) -> NDArray[np.float64]:
+    """The way from a place to a view behind it by the odometer, (3,), where it leads farther than scans lie; or 0.
+
+    Sought where it was not, no scan would lie on the one of the place before, and all would seem to tell nothing.
+    """
+    number = map_.sequence_of(view)
+    its, first = map_.sequences[number].odometry, int(map_.first[number])
+    way = motions_between(its[place - first], its[view - first]) if len(its) else np.zeros(3)
+    return way if np.abs(way[:2]).max() > FARTHEST else np.zeros(3)
 
 
 def better(own: NDArray[np.float64], others: NDArray[np.float64]) -> bool:

@@ -34,6 +34,15 @@ def test_shift_and_heading_are_found_anywhere_in_reach(along: float, aside: floa
     assert found.share > 0.99
 
 
+def test_a_scan_is_found_where_it_is_sought() -> None:
+    """Two metres on, about where the odometer has it; sought about the first one it lies badly, if at all."""
+    motion, pair = np.array([2.0, 0.3, 0.5]), (seen(ROOM, HERE), seen(ROOM, Pose(2.0, 0.3, 0.5)))
+    there, nowhere = fitted([pair, pair], np.stack([motion + np.array([0.4, -0.3, 0.2]), np.zeros(3)]))
+    assert there is not None
+    assert there.motion == pytest.approx(motion, abs=0.005)
+    assert nowhere is None or nowhere.score < there.score / 3
+
+
 def test_the_way_back_is_the_other_scans() -> None:
     one, other = seen(ROOM, HERE), seen(ROOM, Pose(0.4, -0.2, 0.2))
     there, back = fitted([(one, other), (other, one)])

@@ -20,7 +20,7 @@ from refseq.map.matcher import Matcher
 from refseq.map.poses_beside import PosesBeside
 from refseq.map.profile import BEST, Profile
 from refseq.planar import Pose
-from refseq.scan_matching.fit import LaidScan, ScanFit, fitted
+from refseq.scan_matching.fit import FARTHEST, LaidScan, ScanFit, fitted
 from refseq.view import LASER, Scan, View
 from tests.refseq.map.test_poses_beside import LATER, drive
 from tests.refseq.rooms import cast, rectangle
@@ -161,12 +161,24 @@ def test_places_learnt_while_the_laser_was_away_do_not_count(asked: Map) -> None
     assert known.fall == pytest.approx(known_scans(asked).fall, abs=0.15)
 
 
-def test_where_all_scans_are_alike_they_say_nothing() -> None:
+def test_scans_of_places_too_far_apart_to_lie_on_each_other_tell_as_well() -> None:
+    """Logs of a metre a view were asked by words alone: no scan lay on the one before, as none did elsewhere."""
+    sparse = [Pose(1.0 + 1.1 * k, 0.0, 0.0) for k in range(22)]
+    map_ = learn(drive(sparse), profile=BEST, sensors=[LASER])
+    assert map_.usual_step > FARTHEST
+    assert known_scans(map_).tells
+    later = drive([Pose(one.x + 0.4, one.y + 0.2, 0.15) for one in sparse])
+    words = learn(drive(sparse), profile="best+log_ratio.scans_alone=0+log_ratio.scans=0", sensors=[LASER])
+    assert right(map_, later) > right(words, later)
+
+
+@pytest.mark.parametrize("step", [0.85, 1.1])
+def test_where_all_scans_are_alike_they_say_nothing(step: float) -> None:
     """A corridor without a door: what one score brings more than another is noise, and no reason to be lost."""
     bare = rectangle(0, -1.2, 90, 1.2)
     rng = np.random.default_rng(1)
-    poses = [Pose(30.0 + 0.85 * k, 0.0, 0.0) for k in range(36)]
-    views = [View(float(k), scan=cast(bare, one, rng=rng), distance=0.85 * bool(k)) for k, one in enumerate(poses)]
+    poses = [Pose(28.0 + step * k, 0.0, 0.0) for k in range(36)]
+    views = [View(float(k), scan=cast(bare, one, rng=rng), distance=step * bool(k)) for k, one in enumerate(poses)]
     map_ = learn(views, profile=BEST)
     assert not known_scans(map_).tells
     beside = PosesBeside(map_)
@@ -240,9 +252,9 @@ def test_a_scan_that_shows_no_walls_speaks_against_no_place(asked: Map) -> None:
 def test_scans_elsewhere_are_laid_once_a_map(views: list[View], monkeypatch: pytest.MonkeyPatch) -> None:
     laid: list[LaidScan] = []
 
-    def counted(pairs: Sequence[tuple[LaidScan, LaidScan]]) -> list[ScanFit | None]:
+    def counted(pairs: Sequence[tuple[LaidScan, LaidScan]], *about: np.ndarray) -> list[ScanFit | None]:
         laid.extend(seen for _, seen in pairs)
-        return fitted(pairs)
+        return fitted(pairs, *about)
 
     monkeypatch.setattr(scan_block, "fitted", counted)
     map_ = learn(drive(REFERENCE), profile=BEST)
