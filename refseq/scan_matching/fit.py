@@ -164,9 +164,8 @@ def _step(met: BeamsAtWalls, motions: NDArray[np.float64], about: NDArray[np.flo
     weights *= INDEPENDENT / variance[met.pair]
     known = _of_pairs(_squares(met.way, met.slopes, weights, P), by_motion)
     slope = (_sums(met.way, met.slopes * (weights * met.errors), P)[:, None] @ by_motion).reshape(P, 2, 3).sum(axis=1)
-    ahead = np.linalg.solve(known + np.diag(TOLD_BEFORE), (slope + (motions - about) * TOLD_BEFORE)[:, :, None])[
-        :, :, 0
-    ]
+    slope += (motions - about) * TOLD_BEFORE
+    ahead = np.linalg.solve(known + np.diag(TOLD_BEFORE), slope[:, :, None])[:, :, 0]
     return _Step(motions - ahead, weights, by_motion, known)
 
 
