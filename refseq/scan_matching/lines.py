@@ -1,4 +1,10 @@
-"""Straight pieces of wall about each beam of a scan, so that others can be laid on them to the centimetre."""
+"""Straight pieces of wall about each beam of a scan, so that others can be laid on them to the centimetre.
+
+In a crowded room, of table legs, boxes and chairs, little is straight for long, and scans would lie nowhere: there
+pieces are shorter (docs/decisions/0057-crowded-rooms.md). Elsewhere the longer tell their direction better.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +13,8 @@ from refseq.scan_matching.panorama import DEGREES
 
 LENGTH, MOST = 0.15, 8
 """A piece reaches so far from its middle to both sides [m], and over so many degrees at most."""
+SHORTER, CROWDED = 0.1, 0.5
+"""Where that is straight about fewer than such a share of the beams, so far [m]."""
 STRAIGHT, GROWING = 0.02, 0.004
 """Ends of beams are a straight piece up to such a deviation from it [m], and so much more a metre of range."""
 ROUNDED = 0.005
@@ -24,38 +32,59 @@ class WallLines:
     """
 
     def __init__(self, ranges: NDArray[np.float64]) -> None:
-        ends = ranges[:, None] * np.stack([np.cos(BEARINGS), np.sin(BEARINGS)], axis=1)
-        counts, means, along, across, angles = _pieces(ends, ranges)
-        whole = counts >= 2 * _widths(ranges) + 1
-        good = (ranges > 0) & whole & (np.sqrt(across) < STRAIGHT + GROWING * ranges)
-        self.straight = np.flatnonzero(good)
-        self.ends, self.centres = ends[good], means[good]
-        self.normals = np.stack([-np.sin(angles[good]), np.cos(angles[good])], axis=1)
-        self.reaches = np.sqrt(3 * along[good])  # of points spread evenly over a piece
-        spread = across[good] / np.maximum(counts[good] - 2, 1.0) + ROUNDED**2 / counts[good]
-        self.turns = spread / along[good]
+        pieces = _pieces(ranges, LENGTH)
+        if pieces.straight.sum() < CROWDED * np.count_nonzero(ranges):
+            pieces = _pieces(ranges, SHORTER)
+        self.straight = np.flatnonzero(pieces.straight)
+        self.ends = _ends(ranges[self.straight], self.straight)
+        counts, self.centres, along, across, angles = (moments[self.straight] for moments in pieces[:-1])
+        self.normals = np.stack([-np.sin(angles), np.cos(angles)], axis=1)
+        self.reaches = np.sqrt(3 * along)  # of points spread evenly over a piece
+        spread = across / np.maximum(counts - 2, 1.0) + ROUNDED**2 / counts
+        self.turns = spread / along
         self.numbers = np.full(DEGREES, -1)
         self.numbers[self.straight] = np.arange(len(self.straight))
 
 
-def _widths(ranges: NDArray[np.float64]) -> NDArray[np.intp]:
+class _Pieces(NamedTuple):
+    """About each degree, (360,) each: the ends of beams that a piece has, their mean (360, 2), their variances.
+
+    Those are ``along`` and ``across`` it [m²]; ``angles`` are its directions, and where it is not ``straight`` there is
+    no wall.
+    """
+
+    counts: NDArray[np.float64]
+    means: NDArray[np.float64]
+    along: NDArray[np.float64]
+    across: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    straight: NDArray[np.bool_]
+
+
+def _widths(ranges: NDArray[np.float64], length: float) -> NDArray[np.intp]:
     """Degrees to both sides that make a piece, (360,): near walls are dense, and noise turns a short piece."""
     steps = np.maximum(ranges, 0.01) * np.radians(1.0)
-    return np.asarray(np.clip(np.ceil(LENGTH / steps), 1, MOST), np.intp)
+    return np.asarray(np.clip(np.ceil(length / steps), 1, MOST), np.intp)
 
 
-def _pieces(
-    ends: NDArray[np.float64], ranges: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Returns about each degree: their number, mean (360, 2), variance along and across the piece, its direction."""
-    x, y = ends.T
+def _ends(ranges: NDArray[np.float64], degrees: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Ends of beams, (n, 2) [m]."""
+    bearings = BEARINGS[degrees]
+    return np.asarray(ranges[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1))
+
+
+def _pieces(ranges: NDArray[np.float64], length: float) -> _Pieces:
+    """The pieces of wall that reach so far to both sides."""
+    x, y = _ends(ranges, np.arange(DEGREES)).T
     products = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1) * (ranges > 0)[:, None]
     sums = np.cumsum(np.concatenate([np.zeros((1, 6)), products[-MOST:], products, products[:MOST]]), axis=0)
-    width, middle = _widths(ranges), np.arange(DEGREES) + MOST
+    width, middle = _widths(ranges, length), np.arange(DEGREES) + MOST
     moments = sums[middle + width + 1] - sums[middle - width]
-    count = np.maximum(moments[:, 0], 1.0)
-    means = moments[:, 1:3] / count[:, None]
-    xx, xy, yy = (moments[:, 3:] / count[:, None] - means[:, [0, 0, 1]] * means[:, [0, 1, 1]]).T
+    counts = np.maximum(moments[:, 0], 1.0)
+    means = moments[:, 1:3] / counts[:, None]
+    xx, xy, yy = (moments[:, 3:] / counts[:, None] - means[:, [0, 0, 1]] * means[:, [0, 1, 1]]).T
     half, spread = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-    angles = np.arctan2(2 * xy, xx - yy) / 2
-    return moments[:, 0], means, half + spread, np.maximum(half - spread, 0.0), angles
+    across = np.maximum(half - spread, 0.0)
+    whole = moments[:, 0] >= 2 * width + 1
+    straight = (ranges > 0) & whole & (np.sqrt(across) < STRAIGHT + GROWING * ranges)
+    return _Pieces(counts, means, half + spread, across, np.arctan2(2 * xy, xx - yy) / 2, straight)

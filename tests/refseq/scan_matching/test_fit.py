@@ -5,6 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
+from refseq.scan_matching import lines
 from refseq.scan_matching.fit import ASSUMED, BUNCH, LaidScan, ScanFit, fitted, shares
 from refseq.scan_matching.panorama import panorama
 from refseq.view import Scan
@@ -13,6 +14,8 @@ from tests.refseq.rooms import Wall, cast, rectangle
 ROOM: list[Wall] = [*rectangle(-3, -2, 5, 3), (2, 3, 2, 2.2), (1, -2, 1.4, -1.5)]
 CORRIDOR: list[Wall] = [(-200, -1.2, 200, -1.2), (-200, 1.2, 200, 1.2)]
 HERE = Pose(0.0, 0.0, 0.0)
+CROWDED = 26
+"""So many boards stand about the robot in a crowded room, none as long as the pieces that walls are cut into."""
 
 
 def seen(walls: list[Wall], pose: Pose, rng: np.random.Generator | None = None, noise: float = 0.0) -> LaidScan:
@@ -65,6 +68,46 @@ def test_no_pose_of_a_fine_grid_lies_better_on_the_room() -> None:
     best = grid[np.argmin(off)]
     assert np.abs(best[:2] - found.motion[:2]).max() <= 0.02
     assert abs(best[2] - found.motion[2]) <= np.radians(0.5)
+
+
+def crowded(seed: int) -> list[Wall]:
+    """A room of 8 m in which boards of 0.2 to 0.32 m stand all about the robot, and hide most of its walls."""
+    rng, walls = np.random.default_rng(seed), rectangle(-4, -4, 4, 4)
+    for bearing in np.linspace(0, 2 * np.pi, CROWDED, endpoint=False):
+        distance, angle, half = rng.uniform(1.3, 2.6), rng.uniform(0, np.pi), rng.uniform(0.1, 0.16)
+        x, y, dx, dy = (
+            distance * np.cos(bearing),
+            distance * np.sin(bearing),
+            half * np.cos(angle),
+            half * np.sin(angle),
+        )
+        walls.append((x - dx, y - dy, x + dx, y + dy))
+    return walls
+
+
+def test_scans_lie_on_each_other_in_a_crowded_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where little is straight for long; by pieces as long as elsewhere about half of them would lie nowhere."""
+
+    def squares() -> list[float]:
+        """Squared errors of the scans that lie, in units of their covariances."""
+        found = []
+        for room in range(3):
+            rng, walls = np.random.default_rng(room), crowded(room)
+            for _ in range(12):
+                motion = rng.uniform((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
+                pair = seen(walls, HERE, rng, 0.01), seen(walls, Pose(*motion.tolist()), rng, 0.01)
+                for fit in fitted([pair]):
+                    if fit is not None:
+                        error = fit.motion - motion
+                        assert np.hypot(*error[:2]) < 0.05
+                        found.append(float(error @ np.linalg.solve(fit.covariance, error)))
+        return found
+
+    now = squares()
+    assert len(now) >= 34
+    assert 0.5 < np.mean(now) < 5.0
+    monkeypatch.setattr(lines, "SHORTER", lines.LENGTH)
+    assert len(squares()) < 24
 
 
 def away(points: NDArray[np.float64], pose: NDArray[np.float64]) -> float:
