@@ -96,8 +96,13 @@ class ScanWindow:
     @property
     def middle(self) -> tuple[int, int]:
         """The views of the pair in the middle."""
-        one, other = self.pairs[len(self.pairs) // 2].tolist()
-        return one, other
+        return _middle(self.pairs)
+
+
+def _middle(pairs: NDArray[np.intp]) -> tuple[int, int]:
+    """The pair in the middle of some."""
+    one, other = pairs[len(pairs) // 2].tolist()
+    return one, other
 
 
 def windows(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> list[ScanWindow]:
@@ -124,14 +129,18 @@ def laid_on(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike
     """Lay the scans of a stretch on each other; what is ``alike`` in a lesser share at its ends is left out.
 
     So is what odometry puts elsewhere than the longest part of it, since words may go on where paths have parted; and
-    one window at either end that keeps the rest from the share ``same``: a view or two of it are beyond the fork.
+    one window at either end that keeps the rest from the share ``same``: a view or two of it are beyond the fork. Of
+    the window that is left out at either end the views on this side of the fork stay.
     """
     found = windows(one, other, pairs)
     good = [number for number, window in enumerate(found) if window.share >= alike]
     if not good:
         return LaidScans(float(np.mean([window.share for window in found])), pairs[:0], _middles(()))
     held = _longest_held(one, other, found, good)
-    kept = _parted(found[held[0] : held[-1] + 1], same)
+    begin, end = _parted(found, held[0], held[-1] + 1, same)
+    before = _up_to(one, other, found[max(begin - 1, 0) : begin], found[begin], same)
+    behind = _up_to(one, other, found[end : end + 1], found[end - 1], same)
+    kept = [*before, *found[begin:end], *behind]
     return LaidScans(float(np.mean([window.share for window in kept])), _paired(one, other, kept), _middles(kept))
 
 
@@ -147,21 +156,47 @@ def _longest_held(one: ScannedPath, other: ScannedPath, found: Sequence[ScanWind
 
 def _bent(one: ScannedPath, other: ScannedPath, before: ScanWindow, after: ScanWindow) -> bool:
     """True where odometry puts the other path's views elsewhere than the scans of the window ``after`` do."""
-    (mine, its), (now, then) = before.middle, after.middle
-    gone = motions_between(one.track[mine], one.track[now])
-    told = moved(before.motion, motions_between(other.track[its], other.track[then]))
-    off = motions_between(motions_between(gone, told), after.motion)
+    off = motions_between(_motion_from(one, other, before, after.middle), after.motion)
     return bool(np.hypot(off[0], off[1]) > BENT[0] or abs(wrapped(off[2])) > BENT[1])
 
 
-def _parted(found: Sequence[ScanWindow], same: float) -> Sequence[ScanWindow]:
-    """The windows without the first, the last, or both, which are worse than ``same``, if the rest is not; else all."""
-    first, last = (found[end].share < same for end in (0, -1))
-    for begin, end in ((0, 0), (first, 0), (0, last), (first, last)):
-        left = found[begin : len(found) - end]
-        if left and np.mean([window.share for window in left]) >= same:
-            return left
-    return found
+def _motion_from(
+    one: ScannedPath, other: ScannedPath, window: ScanWindow, pair: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Where the other's view of a pair is as seen from the one's, (3,), as a window lies and both odometers go on."""
+    (mine, its), (now, then) = window.middle, pair
+    gone = motions_between(one.track[mine], one.track[now])
+    return motions_between(gone, moved(window.motion, motions_between(other.track[its], other.track[then])))
+
+
+def _parted(found: Sequence[ScanWindow], begin: int, end: int, same: float) -> tuple[int, int]:
+    """The windows from ``begin`` to ``end`` without those at the ends that keep the rest from ``same``, as a range.
+
+    That is the first, the last, or both, which are worse than ``same``; none if that does not help.
+    """
+    first, last = found[begin].share < same, found[end - 1].share < same
+    for begins, ends in ((begin, end), (begin + first, end), (begin, end - last), (begin + first, end - last)):
+        if begins < ends and np.mean([window.share for window in found[begins:ends]]) >= same:
+            return begins, ends
+    return begin, end
+
+
+def _up_to(
+    one: ScannedPath, other: ScannedPath, left: Sequence[ScanWindow], beside: ScanWindow, same: float
+) -> list[ScanWindow]:
+    """Of a window that was ``left`` out, if any, the most pairs next to the one ``beside`` that lie as it does.
+
+    They lie on each other to the share ``same`` where odometry leads from there. One window of them, or none.
+    """
+    for pairs in (window.pairs for window in left):
+        before = pairs[0, 0] < beside.pairs[0, 0]
+        for count in range(len(pairs) - 1, 0, -1):
+            part = pairs[-count:] if before else pairs[:count]
+            lying = ScanPairs(one, other, part)
+            _, motion = lying.refined(_motion_from(one, other, beside, _middle(part)))
+            if (share := float(lying.shares(motion[None])[0])) >= same:
+                return [ScanWindow(part, share, motion)]
+    return []
 
 
 def _middles(found: Sequence[ScanWindow]) -> LaidPairs:

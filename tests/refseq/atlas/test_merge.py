@@ -1,9 +1,10 @@
 """Similarity, overlaps and merging on walks whose truth is known."""
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, permutations
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -309,24 +310,31 @@ def test_a_wish_lays_its_stretches_beside_each_other_by_their_lengths(even: str)
     assert found.views.tolist() == [[n, int(np.argmin(np.abs(gives - at)))] for n, at in enumerate(keeps)]
 
 
-def beside_walls(seed: int, spots: Sequence[int]) -> list[View]:
-    """A drive past walls that look otherwise at each spot, by a laser."""
+def beside_walls(seed: int, spots: Sequence[int], turns: Mapping[int, float] = MappingProxyType({})) -> list[View]:
+    """A drive past walls that look otherwise at each spot, by a laser: a wide bend, but for some views' ``turns``."""
     rng, bearings = np.random.default_rng(seed), np.linspace(-np.pi / 2, np.pi / 2, 361)
     aside, views = np.maximum(np.abs(np.sin(bearings)), 1e-3), []
     for number, spot in enumerate(spots):
         ranges = np.minimum((1 + 0.6 * np.sin(spot**2 / 7)) / aside, 12 - 0.3 * (spot % 25)) + rng.normal(0, 0.01, 361)
         scan = Scan(ranges.clip(0.2, 30).astype(np.float32))
-        views.append(View(float(number), {}, scan, distance=0.8 * (number > 0), turn=0.02 * (number > 0)))
+        turn = turns.get(number, 0.02 * (number > 0))
+        views.append(View(float(number), {}, scan, distance=0.8 * (number > 0), turn=turn))
     return views
 
 
 def test_joins_of_a_person_lay_paths_beside_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where nothing is found by itself: what lies beside a wish is, but not the wish again, nor what is refused."""
+    """Where nothing is found by itself: what lies beside a wish is, but not the wish again, nor what is refused.
+
+    Between its 14th and its 22nd spot the one path goes straight on; the other goes round by the side of it.
+    """
     monkeypatch.setattr(PairSearch, "overlaps", lambda self: [])
-    spots = [spot if spot < 14 or spot >= 22 else spot + 100 for spot in range(36)]
-    maps = [learn(beside_walls(n, one), profile=BEST, name="ab"[n]) for n, one in enumerate((range(36), spots))]
+    straight, left = dict.fromkeys(range(14, 30), 0.0), np.pi / 2
+    round_by = {**straight, 14: left, 18: -left, 25: -left, 29: left + 0.18}
+    drives = beside_walls(0, range(36)), beside_walls(1, [*range(14), *range(100, 115), *range(22, 36)], round_by)
+    maps = [learn(views, profile=BEST, name=name) for name, views in zip("ab", drives, strict=True)]
     one, other = (
-        Decision("a", "b", views, views, (10.4, 10.4), joined=True, why="told") for views in ((0, 13), (22, 35))
+        Decision("a", "b", first, second, (10.4, 10.4), joined=True, why="told")
+        for first, second in (((0, 13), (0, 13)), ((22, 35), (29, 42)))
     )
     assert merge_maps(maps, SHORT_JOINS).decisions == ()
     more = merge_maps(maps, SHORT_JOINS, wishes=[one]).decisions
@@ -335,7 +343,7 @@ def test_joins_of_a_person_lay_paths_beside_each_other(monkeypatch: pytest.Monke
     assert all(each.first[0] > 13 for each in more if each.why != "told")
     both = merge_maps(maps, SHORT_JOINS, wishes=[one, other]).decisions
     assert [(each.first, each.joined) for each in both] == [((0, 13), True), ((22, 35), True)]
-    refused = merge_maps(maps, SHORT_JOINS, wishes=[one, replace(other, first=(14, 35), second=(14, 35), joined=False)])
+    refused = merge_maps(maps, SHORT_JOINS, wishes=[one, replace(other, first=(14, 35), second=(14, 42), joined=False)])
     assert [(each.joined, each.why) for each in refused.decisions] == [(False, "told"), (True, "told")]
     assert refused.found[0].views[0].min() > 13
 

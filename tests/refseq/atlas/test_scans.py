@@ -83,8 +83,29 @@ def test_what_looks_alike_behind_a_fork_is_left_out(parting: int) -> None:
     held = laid_on(one, other, every, 0.87, 0.98).pairs
     part = every[:parting] if parting > 11 else every[parting:]
     assert set(map(tuple, held.tolist())) <= set(map(tuple, part.tolist()))
-    assert len(held) >= len(part) - 6  # of the window that the fork is in nothing is kept
+    assert len(held) == len(part)  # of the window that the fork is in as well
     assert laid_on(one, one, every, 0.87, 0.98).pairs.tolist() == every.tolist()
+
+
+@pytest.mark.parametrize("shared", [slice(0, 9), slice(0, 13), slice(0, 16), slice(9, 22), slice(5, 22)])
+def test_a_stretch_ends_to_the_view_where_walls_part(shared: slice) -> None:
+    """Words pair views for metres beyond the fork, where one path is in a corridor and the other in a hall."""
+    every = np.arange(22)
+    poses = np.column_stack([every, np.zeros((22, 2))])
+    hall = rectangle(0, -4.0, 60, 5.0)
+    one, other = (
+        ScannedPath.of(
+            poses,
+            np.stack(
+                [panorama(cast(CORRIDOR if x in every[shared] else walls, Pose(8.0 + x, 0.0, 0.0))) for x in range(22)]
+            ),
+        )
+        for walls in (CORRIDOR, hall)
+    )
+    assert one is not None
+    assert other is not None
+    pairs = np.column_stack([every, every])
+    assert laid_on(one, other, pairs, 0.87, 0.98).pairs.tolist() == pairs[shared].tolist()
 
 
 @given(st.lists(st.integers(0, 9), max_size=8))
