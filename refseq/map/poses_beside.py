@@ -12,6 +12,7 @@ from refseq.belief import LOST_ABOVE, Belief, PoseBeside
 from refseq.map.map import Map
 from refseq.scan_matching.fit import LaidScan, ScanFit, fitted, laid_scan
 from refseq.scan_matching.panorama import panorama
+from refseq.scan_matching.screen import most_met
 from refseq.view import Scan
 
 ALIKE = 0.87
@@ -20,8 +21,8 @@ KEPT = np.array([0.01, 0.01, np.radians(0.7)])
 """Standard deviations of what no beam tells [m, m, rad]: ranges kept in centimetres, lasers that do not look ahead."""
 ARM = 0.3
 """The laser may be so far before or behind the robot's middle [m]: a robot that turns moves it aside."""
-KEPT_READY = 64
-"""So many places' scans are kept ready to be laid on: view after view asks for nearly the same ones."""
+KEPT_READY = 512
+"""So many places' scans are kept ready to be laid on, 25 kB each: view after view asks for nearly the same ones."""
 
 
 class PosesBeside:
@@ -44,6 +45,12 @@ class PosesBeside:
     def shown(self, place: int) -> bool:
         """True where a place's scan shows walls."""
         return self._there(place) is not None
+
+    def met(self, places: Sequence[int], most: int) -> list[int]:
+        """The ``most`` of some places at which most of the scan's beams meet walls; all, where they are no more."""
+        if len(places) <= most or self._scan is None:
+            return list(places)
+        return [places[number] for number in most_met(self._scan, [self._there(place) for place in places], most)]
 
     def fits(self, places: Sequence[int]) -> list[ScanFit | None]:
         """The view's scan laid on those of places; None for one where it does not lie, or where one shows no walls."""

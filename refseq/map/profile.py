@@ -103,7 +103,7 @@ BEST = Profile(
     features=("sift", "dense", "walls", "doors", "boundary", "sectors"),
     method=MethodSettings(Matching.LOG_RATIO, Decoder.FORWARD),
     sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
-    log_ratio=LogRatioSettings(scans=6, geometry=6, usual=100, fixes=5, tail=2.0),
+    log_ratio=LogRatioSettings(scans=6, screened=200, geometry=6, usual=100, fixes=5, tail=2.0),
     motion=MotionSettings(slack=0.1, drift=0.1, tail=0.02, interpolated=True, odometer_scale=0.1),
     chain=ChainSettings(
         lost_per_metre=0.01,
@@ -188,7 +188,16 @@ def _change(content: dict[str, Any], change: str) -> None:
 LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
-        "log_ratio": {"scans": 0, "scans_alone": 0, "geometry": 0, "turns": 0.0, "usual": 0, "fixes": 0, "tail": 0.0},
+        "log_ratio": {
+            "scans": 0,
+            "scans_alone": 0,
+            "screened": 0,
+            "geometry": 0,
+            "turns": 0.0,
+            "usual": 0,
+            "fixes": 0,
+            "tail": 0.0,
+        },
         "neural": asdict(NeuralSettings()),
         "motion": {"stands_once": False, "odometer_scale": 0.0},
         "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0, "carried": 0.0, "vague": 0.0},

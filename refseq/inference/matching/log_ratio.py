@@ -42,9 +42,11 @@ class LogRatioSettings:
 
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
     while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked,
-    if that is more. ``geometry`` is the same of a view's keys of SIFT, which a
-    map that is learnt with it holds for each place: each takes 0.3 ms a camera. ``turns`` is how much of the way behind
-    the robot the chain compares with the ways to the places (``refseq.map.tracking.turns_behind``) [m]; 0: none.
+    if that is more. There those are chosen, of the ``screened`` likeliest places and again of twice as many, at which
+    most of the scan's beams meet walls: each takes 0.3 ms; 0: words choose. ``geometry`` is as ``scans``, of a view's
+    keys of SIFT, which a map that is learnt with it holds for each place: each takes 0.3 ms a camera. ``turns`` is how
+    much of the way behind the robot the chain compares with the ways to the places
+    (``refseq.map.tracking.turns_behind``) [m]; 0: none.
     ``usual`` is of how many views of the drive, whose places the chain was sure of, it remembers what they brought
     there (``refseq.map.tracking.usual``): a view by two sensors or more that brings less speaks against a place; 0:
     none. ``fixes`` is of how many places that it was sure of it compares the way since then with where others lie
@@ -60,6 +62,7 @@ class LogRatioSettings:
     scores: int = 200_000
     scans: int = 0
     scans_alone: int = 0
+    screened: int = 0
     geometry: int = 0
     turns: float = 0.0
     usual: int = 0

@@ -8,21 +8,26 @@ scores fall by on the way to the next place, and the nearest of neighbours loses
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import lru_cache, partial
+from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.matching.log_ratio import Calibration
-from refseq.map.blocks.few_places import beside, beyond_nearest, pairs_elsewhere
+from refseq.map.blocks.few_places import OPEN, beside, beyond_nearest, pairs_elsewhere
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
 from refseq.pose_graph import motions_between
 from refseq.scan_matching.fit import FARTHEST, ScanFit, fitted, laid_scan
+from refseq.scan_matching.screen import most_met
 from refseq.view import LASER
 
 VIEWS, PLACES = 40, 5
 """So many views of the reference, spread evenly, are laid on so many places each: what a place elsewhere scores."""
+MANY = 100
+"""Where many places are screened, as many as this are for each of those views."""
 NEAR = 0.4
 """Of places beside each other one counts less the farther along from it [m] the scan puts the robot than from the
 nearest: by a factor of 0.6 so far off."""
@@ -37,8 +42,9 @@ NOTHING = -1.0
 class ScanBlock:
     """Log-likelihood ratios by the fit of a view's scan, whose fits ``poses`` hold.
 
-    ``most`` is how many places a scan is laid on: ``log_ratio.scans`` of the map's profile, and where the laser is all
-    of the ``sensors`` that are asked, ``log_ratio.scans_alone`` at least.
+    ``most`` is how many places are asked: ``log_ratio.scans`` of the map's profile. Where the laser is all of the
+    ``sensors`` that are asked it is ``log_ratio.scans_alone`` at least, or ``log_ratio.screened`` if any: then the scan
+    is laid on those of them at which most of its beams meet walls, and counts as lying on no other.
     """
 
     blind = 0.0
@@ -46,24 +52,37 @@ class ScanBlock:
 
     def __init__(self, map_: Map, poses: PosesBeside, sensors: Collection[str]) -> None:
         self._map, self._poses = map_, poses
-        settings = map_.profile.log_ratio
-        self.most = max(settings.scans, settings.scans_alone) if set(sensors) == {LASER} else settings.scans
+        settings, alone = map_.profile.log_ratio, set(sensors) == {LASER}
+        few = few_alone(map_) if alone else settings.scans
+        self._screened = few > 0 and alone and settings.screened > few
+        self.most = settings.screened if self._screened else few
 
     @property
     def sees(self) -> bool:
         """True where the view's scan shows walls."""
         return self._poses.sees
 
+    @property
+    def known(self) -> "KnownScans":
+        """Scores of the map's own scans, asked as those of views are."""
+        return self._map.once(known_screened if self._screened else known_scans)
+
     def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,)."""
-        known = self._map.once(known_scans)
+        known = self.known
         if not known.tells:
             return np.zeros(len(places))
-        fits = self._poses.fits(places.tolist())
+        fits = self._fits(places.tolist())
         told = known.elsewhere.log_ratios(scores(fits, known.fall, known.half))
         told -= beyond_nearest(far_along(fits), beside(self._map, places))
         told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
         return told
+
+    def _fits(self, places: list[int]) -> list[ScanFit | None]:
+        """The scan laid on those of places; None where it does not lie, or is not laid as fewer of its beams meet."""
+        laid = self._poses.met(places, OPEN * few_alone(self._map))
+        fits = dict(zip(laid, self._poses.fits(laid), strict=True))
+        return [fits.get(place) for place in places]
 
     def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
         """Nothing: scans are compared with no others of the drive."""
@@ -105,6 +124,26 @@ def known_scans(map_: Map) -> KnownScans:
     elsewhere = fits(pairs_elsewhere(map_, VIEWS, PLACES), lambda place, view: np.zeros(3))
     own, others = scores(steps, fall, half), scores(elsewhere, fall, half)
     return KnownScans(Calibration(others), fall, half, better(own, others))
+
+
+def known_screened(map_: Map) -> KnownScans:
+    """The same, with scores elsewhere as views have them that are asked of many places and laid on few."""
+    known, told = map_.once(known_scans), [np.zeros(0)]
+    laid = lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
+    for view, pairs in groupby(pairs_elsewhere(map_, VIEWS, MANY), key=itemgetter(0)):
+        places = [there for _, place in pairs if (there := laid(place))]
+        if seen := laid(view):
+            met = [(places[number], seen) for number in most_met(seen, places, OPEN * few_alone(map_))]
+            its = np.full(len(places), NOTHING)
+            its[: len(met)] = scores(fitted(met), known.fall, known.half)
+            told.append(its)
+    return known._replace(elsewhere=Calibration(np.concatenate(told)))
+
+
+def few_alone(map_: Map) -> int:
+    """On so many places a scan is laid where the laser is all that is asked; at a start on ``OPEN`` times as many."""
+    settings = map_.profile.log_ratio
+    return max(settings.scans, settings.scans_alone)
 
 
 def beyond_reach(map_: Map, place: int, view: int) -> NDArray[np.float64]:

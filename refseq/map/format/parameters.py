@@ -92,6 +92,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "scores": (1, 10**8),
             "scans": (0, 1000),
             "scans_alone": (0, 1000),
+            "screened": (0, 100_000),
             "geometry": (0, 1000),
             "turns": LENGTH,
             "usual": (0, 10_000),

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 import pytest
@@ -9,9 +11,21 @@ from scipy.stats import mannwhitneyu, norm
 
 from refseq.belief import Belief, Stage, belief_from
 from refseq.errors import MapError
+from refseq.inference.matching.log_ratio import Calibration
 from refseq.map.blocks import scan_block
 from refseq.map.blocks.few_places import FewPlaces, beyond_nearest, pairs_elsewhere
-from refseq.map.blocks.scan_block import NEAR, NOTHING, SURE, ScanBlock, better, falls, far_along, known_scans, scores
+from refseq.map.blocks.scan_block import (
+    NEAR,
+    NOTHING,
+    SURE,
+    ScanBlock,
+    better,
+    falls,
+    far_along,
+    known_scans,
+    known_screened,
+    scores,
+)
 from refseq.map.growth.adding import add_drive
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise, smoothed
@@ -20,17 +34,20 @@ from refseq.map.matcher import Matcher
 from refseq.map.poses_beside import PosesBeside
 from refseq.map.profile import BEST, Profile
 from refseq.planar import Pose
-from refseq.scan_matching.fit import FARTHEST, LaidScan, ScanFit, fitted
+from refseq.scan_matching.fit import FARTHEST, LaidScan, ScanFit, fitted, laid_scan
+from refseq.scan_matching.screen import Screen
 from refseq.view import LASER, Scan, View
 from tests.refseq.map.test_poses_beside import LATER, drive
 from tests.refseq.rooms import cast, rectangle
 
+FEW, WORDS = "best+log_ratio.screened=0", "best+log_ratio.scans=0"
 REFERENCE = [Pose(1.0 + 0.85 * k, 0.0, 0.0) for k in range(28)]
 
 
 @pytest.fixture(scope="module")
 def asked() -> Map:
-    return learn(drive(REFERENCE), profile=BEST)
+    """A map whose scans are asked of few places, as they are beside cameras."""
+    return learn(drive(REFERENCE), profile=FEW)
 
 
 @pytest.fixture(scope="module")
@@ -53,13 +70,13 @@ def right_of(beliefs: list[Belief]) -> int:
 
 
 def test_scans_find_what_words_fixed_to_the_robot_do_not(asked: Map, views: list[View]) -> None:
-    words = learn(drive(REFERENCE), profile="best+log_ratio.scans=0")
+    words = learn(drive(REFERENCE), profile=WORDS)
     assert right(asked, views) >= 18
     assert right(words, views) <= 10
 
 
 def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
-    map_ = learn(drive(REFERENCE), profile="best+log_ratio.scans=0")
+    map_ = learn(drive(REFERENCE), profile=WORDS)
     poses = PosesBeside(map_)
     poses.take(views[3].scan)
     measured = Matcher(map_).match(views[3])
@@ -69,12 +86,13 @@ def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
 @pytest.mark.parametrize(
     ("settings", "sensors", "most"),
     [
-        ("", {LASER}, 6),
+        ("", {LASER}, 200),
         ("", {LASER, "camera"}, 6),
+        ("+log_ratio.screened=0", {LASER}, 6),
         ("+log_ratio.scans=0", {LASER}, 0),
-        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER}, 6),
+        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER}, 200),
         ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER, "camera"}, 0),
-        ("+log_ratio.scans=9+log_ratio.scans_alone=6", {LASER}, 9),
+        ("+log_ratio.scans_alone=7+log_ratio.screened=5", {LASER}, 7),
     ],
 )
 def test_scans_are_asked_for_with_cameras_or_only_without(settings: str, sensors: set[str], most: int) -> None:
@@ -168,7 +186,7 @@ def test_scans_of_places_too_far_apart_to_lie_on_each_other_tell_as_well() -> No
     assert map_.usual_step > FARTHEST
     assert known_scans(map_).tells
     later = drive([Pose(one.x + 0.4, one.y + 0.2, 0.15) for one in sparse])
-    words = learn(drive(sparse), profile="best+log_ratio.scans_alone=0+log_ratio.scans=0", sensors=[LASER])
+    words = learn(drive(sparse), profile=WORDS, sensors=[LASER])
     assert right(map_, later) > right(words, later)
 
 
@@ -257,13 +275,54 @@ def test_scans_elsewhere_are_laid_once_a_map(views: list[View], monkeypatch: pyt
         return fitted(pairs, *about)
 
     monkeypatch.setattr(scan_block, "fitted", counted)
-    map_ = learn(drive(REFERENCE), profile=BEST)
+    map_ = learn(drive(REFERENCE), profile=FEW)
     first, second = (Localiser(map_).update(views[3]) for _ in range(2))
     pairs = len(list(pairs_elsewhere(map_, scan_block.VIEWS, scan_block.PLACES)))
     assert len(laid) == pairs + len(REFERENCE) - 1 > 0
     assert first.places.tobytes() == second.places.tobytes()
     Localiser(replace(map_)).update(views[3])
     assert len(laid) == 2 * (pairs + len(REFERENCE) - 1)
+
+
+def test_of_many_places_the_scan_is_laid_on_those_where_most_beams_meet(
+    views: list[View], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The others count as places on which it does not lie; where it is laid it tells what it does among few."""
+    monkeypatch.setattr(scan_block, "OPEN", 1)
+    map_ = learn(drive(REFERENCE), profile=BEST)
+    every = np.arange(len(map_))
+    for number, view in enumerate(views[:6]):
+        poses = PosesBeside(map_)
+        poses.take(view.scan)
+        block = ScanBlock(map_, poses, {LASER})
+        told = block.log_ratios(every)
+        laid = poses.met(every.tolist(), 6)
+        nowhere = block.known.elsewhere.log_ratios(np.array([NOTHING]))
+        assert told[np.setdiff1d(every, laid)] == pytest.approx(np.repeat(nowhere, len(map_) - 6))
+        assert {number, number + 1} & set(laid)
+        assert told.argmax() in {number, number + 1}
+        assert told.max() > 1.0
+
+
+def test_scores_elsewhere_are_those_of_views_asked_of_many_places(asked: Map, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Brute force: each view on the few of its far places where most beams meet; nothing at all others."""
+    monkeypatch.setattr(scan_block, "OPEN", 1)
+    monkeypatch.setattr(scan_block, "VIEWS", 3)
+    monkeypatch.setattr(scan_block, "MANY", 9)
+    known, many = asked.once(known_scans), known_screened(asked)
+    elsewhere = []
+    for view, pairs in groupby(pairs_elsewhere(asked, 3, 9), key=itemgetter(0)):
+        poses, scan = [laid_scan(asked.scan(place)) for _, place in pairs], laid_scan(asked.scan(view))
+        assert scan is not None
+        shares = [Screen(scan).share(there) for there in poses if there]
+        fits = fitted(
+            [(there, scan) for _, there in sorted(zip(shares, poses, strict=True), key=lambda one: -one[0])[:6]]
+        )
+        elsewhere += [*scores(fits, known.fall, known.half).tolist(), *[NOTHING] * 3]
+    assert len(elsewhere) == 3 * 9
+    at = np.linspace(-1.2, 1.2, 49)
+    assert many.elsewhere.log_ratios(at) == pytest.approx(Calibration(np.array(elsewhere)).log_ratios(at))
+    assert many[1:] == known[1:]
 
 
 def test_hindsight_asks_scans_as_well(asked: Map, views: list[View]) -> None:
@@ -274,7 +333,7 @@ def test_a_drive_beside_the_path_is_added_by_its_scans(asked: Map, views: list[V
     """By words alone hardly a view of it is found."""
     assert add_drive(asked, views).placed >= 18
     with pytest.raises(MapError, match="are found on the map"):
-        add_drive(learn(drive(REFERENCE), profile="best+log_ratio.scans=0"), views)
+        add_drive(learn(drive(REFERENCE), profile=WORDS), views)
 
 
 def test_maps_of_before_do_not_ask() -> None:

@@ -436,7 +436,8 @@ def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
     assert error_of(saved_best) == (
         f"{saved_best}: map.json and arrays do not make a map: "
         "profile.log_ratio is None; "
-        "valid is a table of apart, blind, fixes, geometry, scans, scans_alone, scores, tail, turns, usual, views"
+        "valid is a table of apart, blind, fixes, geometry, scans, scans_alone, scores, screened, tail, turns, usual, "
+        "views"
     )
 
 

@@ -1,0 +1,81 @@
+"""Which of many places a scan may be of: beams that meet walls on the grid that a fit begins with, at a tenth of a fit.
+
+The ends of the scan's beams are put at all poses of the grid once, and met with the walls of each place. The other way
+round, the scan's own walls are a table of cells, in which ends of each place's beams are looked up.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.pose_graph import motions_between
+from refseq.scan_matching.fit import BEAMS, FARTHER, GRID, LaidScan
+from refseq.scan_matching.walls import ScanWalls, SeenPoints, seen_from
+
+CELL, WIDE = 0.1, 16.0
+"""Cells of the table, and how far it tells ahead and aside [m]: ends of places' beams beyond are not looked up."""
+BACK = motions_between(GRID, np.zeros(3))
+"""Where the place is as seen from the scan, at each pose of the grid."""
+SHIFT = np.round(BACK[:, :2] / CELL).astype(np.intp)
+MARGIN = int(np.abs(SHIFT).max()) + 1
+"""No pose moves an end of a beam by as many cells."""
+SIDE = 2 * (round(WIDE / CELL) + 2 * MARGIN)
+FLAT = SHIFT @ [SIDE, 1]
+"""Cells that each pose moves an end of a beam by, in the table as one row."""
+TURNS, TURN = np.unique(BACK[:, 2], return_inverse=True)
+"""The turns of the grid, and the number of each pose's."""
+THROUGH = 256
+"""A cell is 1 where walls are met and this where they are seen through, so that one sum counts both."""
+
+
+def most_met(scan: LaidScan, places: Sequence[LaidScan | None], most: int) -> list[int]:
+    """Numbers of the places at which most of a scan's beams meet walls, ``most`` at most; of those that have a scan."""
+    there = [(number, place) for number, place in enumerate(places) if place is not None]
+    if len(there) <= most:
+        return [number for number, _ in there]
+    screen = Screen(scan)
+    shares = {number: screen.share(place) for number, place in there}
+    return sorted(shares, key=lambda number: -shares[number])[:most]
+
+
+class Screen:
+    """A view's ``scan``, to be looked for at many places."""
+
+    def __init__(self, scan: LaidScan) -> None:
+        self._seen = seen_from(scan.walls.points[::BEAMS], GRID)
+        self._table = _table(scan.walls)
+
+    def share(self, there: LaidScan) -> float:
+        """The greatest share of beams that meet walls for both, with the scan anywhere on the grid about a place's."""
+        met, through = there.walls.met_by(self._seen)
+        back = self._table[_cells(there.walls.points[::BEAMS])[TURN] + FLAT[:, None]].sum(axis=1)
+        met, through = met + back % THROUGH, through + back // THROUGH
+        return float((met / np.maximum(met + through, 1) - FARTHER).max())
+
+
+def _table(walls: ScanWalls) -> NDArray[np.int16]:
+    """Walls met and seen through at the middle of each cell, (SIDE²,); a margin of twice ``MARGIN`` tells nothing."""
+    at_walls, through = walls.told_of(_seen_cells())
+    told = (at_walls + THROUGH * through).astype(np.int16).reshape(SIDE - 4 * MARGIN, -1)
+    return np.pad(told, 2 * MARGIN).ravel()
+
+
+@cache
+def _seen_cells() -> SeenPoints:
+    """Middles of all cells that tell anything, as the scan sees them."""
+    middles = (np.arange(2 * MARGIN, SIDE - 2 * MARGIN) - SIDE / 2 + 0.5) * CELL
+    cells = np.stack(np.meshgrid(middles, middles, indexing="ij"), axis=-1).reshape(-1, 2)
+    return seen_from(cells, np.zeros((1, 3)))
+
+
+def _cells(points: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Cells of points (n, 2) at each of the turns, (T, n); those beyond the table are in its margin."""
+    cos, sin = np.cos(TURNS)[:, None], np.sin(TURNS)[:, None]
+    ahead, left = points.T
+    rows, columns = (
+        np.clip(np.floor(at / CELL).astype(np.intp) + SIDE // 2, MARGIN, SIDE - 1 - MARGIN)
+        for at in (cos * ahead - sin * left, sin * ahead + cos * left)
+    )
+    return np.asarray(rows * SIDE + columns)
