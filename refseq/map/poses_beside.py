@@ -12,7 +12,7 @@ from refseq.belief import LOST_ABOVE, Belief, PoseBeside
 from refseq.map.map import Map
 from refseq.scan_matching.fit import LaidScan, ScanFit, fitted, laid_scan
 from refseq.scan_matching.panorama import panorama
-from refseq.scan_matching.screen import most_met
+from refseq.scan_matching.screen import Screen
 from refseq.view import Scan
 
 ALIKE = 0.87
@@ -36,6 +36,8 @@ class PosesBeside:
         """Take what the laser saw in the next view; None: nothing that could be trusted."""
         self._scan = laid_scan(None if scan is None else panorama(scan))
         self._fits: dict[int, ScanFit | None] = {}
+        self._screen: Screen | None = None
+        self._shares: dict[int, float] = {}
 
     @property
     def sees(self) -> bool:
@@ -46,11 +48,14 @@ class PosesBeside:
         """True where a place's scan shows walls."""
         return self._there(place) is not None
 
-    def met(self, places: Sequence[int], most: int) -> list[int]:
+    def most_met(self, places: Sequence[int], most: int) -> list[int]:
         """The ``most`` of some places at which most of the scan's beams meet walls; all, where they are no more."""
         if len(places) <= most or self._scan is None:
             return list(places)
-        return [places[number] for number in most_met(self._scan, [self._there(place) for place in places], most)]
+        self._screen = self._screen or Screen(self._scan)
+        new = [place for place in places if place not in self._shares]
+        self._shares |= zip(new, self._screen.shares([self._there(place) for place in new]).tolist(), strict=True)
+        return sorted(places, key=lambda place: -self._shares[place])[:most]
 
     def fits(self, places: Sequence[int]) -> list[ScanFit | None]:
         """The view's scan laid on those of places; None for one where it does not lie, or where one shows no walls."""

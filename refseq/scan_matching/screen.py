@@ -30,16 +30,6 @@ THROUGH = 256
 """A cell is 1 where walls are met and this where they are seen through, so that one sum counts both."""
 
 
-def most_met(scan: LaidScan, places: Sequence[LaidScan | None], most: int) -> list[int]:
-    """Numbers of the places at which most of a scan's beams meet walls, ``most`` at most; of those that have a scan."""
-    there = [(number, place) for number, place in enumerate(places) if place is not None]
-    if len(there) <= most:
-        return [number for number, _ in there]
-    screen = Screen(scan)
-    shares = {number: screen.share(place) for number, place in there}
-    return sorted(shares, key=lambda number: -shares[number])[:most]
-
-
 class Screen:
     """A view's ``scan``, to be looked for at many places."""
 
@@ -47,10 +37,16 @@ class Screen:
         self._seen = seen_from(scan.walls.points[::BEAMS], GRID)
         self._table = _table(scan.walls)
 
-    def share(self, there: LaidScan) -> float:
-        """The greatest share of beams that meet walls for both, with the scan anywhere on the grid about a place's."""
-        met, through = there.walls.met_by(self._seen)
-        back = self._table[_cells(there.walls.points[::BEAMS])[TURN] + FLAT[:, None]].sum(axis=1)
+    def shares(self, places: Sequence[LaidScan | None]) -> NDArray[np.float64]:
+        """The greatest share of beams that meet walls for both, with the scan anywhere on the grid about each place's.
+
+        (n,), of poses far out less, as for a fit; −∞ of a place without a scan.
+        """
+        return np.array([-np.inf if place is None else self._share(place) for place in places])
+
+    def _share(self, place: LaidScan) -> float:
+        met, through = place.walls.met_by(self._seen)
+        back = self._table[_cells(place.walls.points[::BEAMS])[TURN] + FLAT[:, None]].sum(axis=1)
         met, through = met + back % THROUGH, through + back // THROUGH
         return float((met / np.maximum(met + through, 1) - FARTHER).max())
 

@@ -21,7 +21,7 @@ from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
 from refseq.pose_graph import motions_between
 from refseq.scan_matching.fit import FARTHEST, ScanFit, fitted, laid_scan
-from refseq.scan_matching.screen import most_met
+from refseq.scan_matching.screen import Screen
 from refseq.view import LASER
 
 VIEWS, PLACES = 40, 5
@@ -80,7 +80,7 @@ class ScanBlock:
 
     def _fits(self, places: list[int]) -> list[ScanFit | None]:
         """The scan laid on those of places; None where it does not lie, or is not laid as fewer of its beams meet."""
-        laid = self._poses.met(places, OPEN * few_alone(self._map))
+        laid = self._poses.most_met(places, OPEN * few_alone(self._map))
         fits = dict(zip(laid, self._poses.fits(laid), strict=True))
         return [fits.get(place) for place in places]
 
@@ -133,9 +133,9 @@ def known_screened(map_: Map) -> KnownScans:
     for view, pairs in groupby(pairs_elsewhere(map_, VIEWS, MANY), key=itemgetter(0)):
         places = [there for _, place in pairs if (there := laid(place))]
         if seen := laid(view):
-            met = [(places[number], seen) for number in most_met(seen, places, OPEN * few_alone(map_))]
+            met = np.argsort(-Screen(seen).shares(places), kind="stable")[: OPEN * few_alone(map_)]
             its = np.full(len(places), NOTHING)
-            its[: len(met)] = scores(fitted(met), known.fall, known.half)
+            its[met] = scores(fitted([(places[number], seen) for number in met]), known.fall, known.half)
             told.append(its)
     return known._replace(elsewhere=Calibration(np.concatenate(told)))
 

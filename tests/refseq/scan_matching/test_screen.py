@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from refseq.planar import Pose
 from refseq.scan_matching.fit import BEAMS, FARTHER, GRID, LaidScan, laid_scan, shares
 from refseq.scan_matching.panorama import panorama
-from refseq.scan_matching.screen import Screen, most_met
+from refseq.scan_matching.screen import Screen
 from tests.refseq.rooms import Wall, cast, rectangle
 
 ROOM: list[Wall] = [*rectangle(0, -4, 30, 5), (6, -4, 6, 1), (11, 0, 11, 5), (17, -1, 17, 3), (22, -4, 24, -2)]
@@ -28,7 +28,7 @@ def test_a_share_is_that_with_which_a_fit_begins_but_for_its_cells(
 ) -> None:
     place, scan = seen_at(Pose(*one)), seen_at(Pose(*other))
     exact = float((shares(place, scan, GRID, BEAMS) - FARTHER).max())
-    assert Screen(scan).share(place) == pytest.approx(exact, abs=0.15)
+    assert Screen(scan).shares([None, place]).tolist() == [-np.inf, pytest.approx(exact, abs=0.15)]
 
 
 def test_the_place_of_a_scan_is_among_the_first() -> None:
@@ -37,18 +37,12 @@ def test_the_place_of_a_scan_is_among_the_first() -> None:
     places = [seen_at(pose) for pose in poses]
     for n, pose in enumerate(poses):
         seen = seen_at(Pose(pose.x + 0.3, pose.y - 0.25, 0.15))
-        assert {n - 1, n, n + 1} & set(most_met(seen, places, 3))
+        first = np.argsort(-Screen(seen).shares(places))[:3]
+        assert {n - 1, n, n + 1} & set(first.tolist())
 
 
-def test_places_without_a_scan_are_none_and_few_are_all_met() -> None:
-    scan, other = seen_at(Pose(3.0, 0.0, 0.0)), seen_at(Pose(14.0, 0.0, 0.0))
-    assert most_met(scan, [None, other, None, scan], 2) == [1, 3]
-    assert most_met(scan, [other, None, scan], 1) == [2]
-    assert most_met(scan, [None], 1) == []
-
-
-def test_of_equals_the_first_are_taken() -> None:
-    scan = seen_at(Pose(3.0, 0.0, 0.0))
-    assert most_met(scan, [scan] * 5, 2) == [0, 1]
-    assert Screen(scan).share(scan) == pytest.approx(1.0, abs=0.03)
-    assert np.isfinite(Screen(scan).share(seen_at(Pose(25.0, 3.0, 2.0))))
+def test_a_scan_lies_best_where_it_was_taken() -> None:
+    scan, others = seen_at(Pose(3.0, 0.0, 0.0)), [seen_at(Pose(x, 3.0, 2.0)) for x in (14.0, 25.0)]
+    shares = Screen(scan).shares([*others, scan])
+    assert shares[2] == pytest.approx(1.0, abs=0.03)
+    assert shares.argmax() == 2

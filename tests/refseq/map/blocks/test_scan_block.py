@@ -296,7 +296,7 @@ def test_of_many_places_the_scan_is_laid_on_those_where_most_beams_meet(
         poses.take(view.scan)
         block = ScanBlock(map_, poses, {LASER})
         told = block.log_ratios(every)
-        laid = poses.met(every.tolist(), 6)
+        laid = poses.most_met(every.tolist(), 6)
         nowhere = block.known.elsewhere.log_ratios(np.array([NOTHING]))
         assert told[np.setdiff1d(every, laid)] == pytest.approx(np.repeat(nowhere, len(map_) - 6))
         assert {number, number + 1} & set(laid)
@@ -314,7 +314,7 @@ def test_scores_elsewhere_are_those_of_views_asked_of_many_places(asked: Map, mo
     for view, pairs in groupby(pairs_elsewhere(asked, 3, 9), key=itemgetter(0)):
         poses, scan = [laid_scan(asked.scan(place)) for _, place in pairs], laid_scan(asked.scan(view))
         assert scan is not None
-        shares = [Screen(scan).share(there) for there in poses if there]
+        shares = Screen(scan).shares(poses).tolist()
         fits = fitted(
             [(there, scan) for _, there in sorted(zip(shares, poses, strict=True), key=lambda one: -one[0])[:6]]
         )
