@@ -22,10 +22,14 @@ SHIFT = np.round(BACK[:, :2] / CELL).astype(np.intp)
 MARGIN = int(np.abs(SHIFT).max()) + 1
 """No pose moves an end of a beam by as many cells."""
 SIDE = 2 * (round(WIDE / CELL) + 2 * MARGIN)
-FLAT = SHIFT @ [SIDE, 1]
-"""Cells that each pose moves an end of a beam by, in the table as one row."""
-TURNS, TURN = np.unique(BACK[:, 2], return_inverse=True)
-"""The turns of the grid, and the number of each pose's."""
+ROTATED = len(np.unique(GRID[:, 2]))
+"""So many turns the grid has, at each of its spots."""
+FLAT = (SHIFT @ [SIDE, 1]).reshape(-1, ROTATED, 1)
+"""Cells that each pose moves an end of a beam by, in the table as one row: by spot and turn."""
+TO_CELLS = (
+    np.array([[[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]] for turn in BACK[:ROTATED, 2]]) / CELL
+)
+"""Turns of the grid, from metres to cells."""
 THROUGH = 256
 """A cell is 1 where walls are met and this where they are seen through, so that one sum counts both."""
 
@@ -46,7 +50,7 @@ class Screen:
 
     def _share(self, place: LaidScan) -> float:
         met, through = place.walls.met_by(self._seen)
-        back = self._table[_cells(place.walls.points[::BEAMS])[TURN] + FLAT[:, None]].sum(axis=1)
+        back = self._table[_cells(place.walls.points[::BEAMS]) + FLAT].sum(axis=-1).ravel()
         met, through = met + back % THROUGH, through + back // THROUGH
         return float((met / np.maximum(met + through, 1) - FARTHER).max())
 
@@ -67,11 +71,6 @@ def _seen_cells() -> SeenPoints:
 
 
 def _cells(points: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Cells of points (n, 2) at each of the turns, (T, n); those beyond the table are in its margin."""
-    cos, sin = np.cos(TURNS)[:, None], np.sin(TURNS)[:, None]
-    ahead, left = points.T
-    rows, columns = (
-        np.clip(np.floor(at / CELL).astype(np.intp) + SIDE // 2, MARGIN, SIDE - 1 - MARGIN)
-        for at in (cos * ahead - sin * left, sin * ahead + cos * left)
-    )
-    return np.asarray(rows * SIDE + columns)
+    """Cells of points (n, 2) at each of the grid's turns, (T, n); those beyond the table are in its margin."""
+    cells = np.clip(TO_CELLS @ points.T + SIDE / 2, MARGIN, SIDE - 1 - MARGIN).astype(np.intp)
+    return np.asarray(cells[:, 0] * SIDE + cells[:, 1])
