@@ -242,6 +242,18 @@ def test_places_elsewhere_average_no_more_than_one(asked: Map, views: list[View]
     assert np.mean(ratios) < 1.2
 
 
+def test_places_elsewhere_that_are_screened_average_no_more_than_one(views: list[View]) -> None:
+    """The same promise, of all places, those among them on which the scan is laid as most of its beams meet there."""
+    map_ = learn(drive(REFERENCE), profile=BEST)
+    poses, every, ratios = PosesBeside(map_), np.arange(len(map_)), list[float]()
+    block = ScanBlock(map_, poses, {LASER})
+    for number, view in enumerate(views):
+        poses.take(view.scan)
+        ratios += np.exp(block.log_ratios(every)[np.abs(every - number) > 5]).tolist()
+    assert max(ratios) > 1
+    assert np.mean(ratios) < 1.2
+
+
 def test_stages_and_localisers_agree(asked: Map, views: list[View]) -> None:
     told = localise(asked, views[:5])
     for stage in Stage:
