@@ -27,21 +27,26 @@ BESIDE = 2
 """Places learnt so many views of a path apart are beside each other, and show the same walls."""
 
 
+NO_PLACES = np.zeros(0, np.intp)
+
+
 class Block(Protocol):
     """Evidence for a few places: ``most`` of them are asked on the way, 0 is none.
 
-    ``blind`` is the chance that the view tells nothing of its place, neither by its words nor by this block.
+    Where ``screened`` is not 0, so many that words find likeliest are looked through as well. ``blind`` is the chance
+    that the view tells nothing of its place, neither by its words nor by this block.
     """
 
     most: int
+    screened: int
     blind: float
 
     @property
     def sees(self) -> bool:
         """True where the view tells anything."""
 
-    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Log-likelihood ratios of some places, counted through the map, (n,)."""
+    def log_ratios(self, places: NDArray[np.intp], screened: NDArray[np.intp] = NO_PLACES) -> NDArray[np.float64]:
+        """Log-likelihood ratios of some places and of those ``screened``, (n,), both counted through the map."""
 
     def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
         """Log ratios by key, (n,) each, that ``UsualViews`` compares with other views' of the drive; may be none."""
@@ -69,8 +74,9 @@ class FewPlaces:
         ratios, never_blind, brought = by_words.copy(), np.zeros(len(by_words)), dict[str, NDArray[np.float64]]()
         start = time.perf_counter()
         for block in asked:
-            places = self._places(block.most, by_words, last, measured[0].distance)
-            more = block.log_ratios(places)
+            named = self._places(block.most, by_words, last, measured[0].distance)
+            screened = np.setdiff1d(np.argsort(-by_words, kind="stable")[: block.screened], named)
+            places, more = np.concatenate([named, screened]), block.log_ratios(named, screened)
             ratios[places] = with_more(ratios[places], more, block.blind)
             if not block.blind:
                 never_blind[places] += more

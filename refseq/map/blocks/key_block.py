@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from refseq.features.key_fit import KeyFit, fit_keys
 from refseq.features.word_extractor import PictureKeys
 from refseq.inference.matching.log_ratio import Calibration
-from refseq.map.blocks.few_places import beside, beyond_nearest, pairs_elsewhere
+from refseq.map.blocks.few_places import NO_PLACES, beside, beyond_nearest, pairs_elsewhere
 from refseq.map.map import Map
 
 VIEWS, PLACES = 100, 8
@@ -53,8 +53,12 @@ class KeyBlock:
         """True where any camera shows keys."""
         return any(len(keys.points) for keys in self._view.values())
 
-    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Log-likelihood ratios of some places, (n,), 0 or more."""
+    screened = 0
+    """Places that words do not name are not looked through: with pictures words name the right one."""
+
+    def log_ratios(self, places: NDArray[np.intp], screened: NDArray[np.intp] = NO_PLACES) -> NDArray[np.float64]:
+        """Log-likelihood ratios of some places, (n,), 0 or more; none are ``screened``."""
+        del screened
         fits = self._together(places, self._view)
         zoom = np.array([np.log(fit.scale) if fit.inliers else np.inf for fit in fits])
         return shared(beside(self._map, places), np.maximum(self._ratios(self._view, fits), 0.0), zoom)

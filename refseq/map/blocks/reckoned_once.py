@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from refseq.belief import Stage
 from refseq.map.blocks.key_block import keys_elsewhere
-from refseq.map.blocks.scan_block import ScanBlock
+from refseq.map.blocks.scan_block import ScanBlock, known_scans, scores_screened
 from refseq.map.map import Map
 from refseq.map.matcher import wanted_of
 from refseq.map.poses_beside import PosesBeside
@@ -25,6 +25,8 @@ def reckon_once(map_: Map, *, stage: Stage = Stage.CHAIN, sensors: Sequence[str]
     for sequence in map_.sequences:
         _ = sequence.layered_ratios or sequence.log_ratio_model
     if LASER in wanted and (scans := ScanBlock(map_, PosesBeside(map_), wanted)).most > 0:
-        _ = scans.known
+        map_.once(known_scans)
+        if scans.screened:
+            map_.once(scores_screened)
     if map_.profile.log_ratio.geometry > 0 and wanted - {LASER}:
         map_.once(keys_elsewhere)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.inference.matching.log_ratio import Calibration
-from refseq.map.blocks.few_places import OPEN, beside, beyond_nearest, pairs_elsewhere
+from refseq.map.blocks.few_places import NO_PLACES, OPEN, beside, beyond_nearest, pairs_elsewhere
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
 from refseq.pose_graph import motions_between
@@ -53,36 +53,40 @@ class ScanBlock:
     def __init__(self, map_: Map, poses: PosesBeside, sensors: Collection[str]) -> None:
         self._map, self._poses = map_, poses
         settings, alone = map_.profile.log_ratio, set(sensors) == {LASER}
-        few = few_alone(map_) if alone else settings.scans
-        self._screened = few > 0 and alone and settings.screened > few
-        self.most = settings.screened if self._screened else few
+        self.most = few_alone(map_) if alone else settings.scans
+        self.screened = settings.screened if alone and self.most else 0
 
     @property
     def sees(self) -> bool:
         """True where the view's scan shows walls."""
         return self._poses.sees
 
-    @property
-    def known(self) -> "KnownScans":
-        """Scores of the map's own scans, asked as those of views are."""
-        return self._map.once(known_screened if self._screened else known_scans)
-
-    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Log-likelihood ratios of some places, (n,)."""
-        known = self.known
+    def log_ratios(self, places: NDArray[np.intp], screened: NDArray[np.intp] = NO_PLACES) -> NDArray[np.float64]:
+        """Log-likelihood ratios of some places and of those ``screened``, (n,)."""
+        known, every = self._map.once(known_scans), np.concatenate([places, screened])
         if not known.tells:
-            return np.zeros(len(places))
-        fits = self._fits(places.tolist())
-        told = known.elsewhere.log_ratios(scores(fits, known.fall, known.half))
-        told -= beyond_nearest(far_along(fits), beside(self._map, places))
-        told[[not self._poses.shown(place) for place in places.tolist()]] = 0.0  # a drive whose laser was away
+            return np.zeros(len(every))
+        met = self._poses.most_met(every.tolist(), OPEN * self.most) if self.screened else []
+        laid = [*places.tolist(), *met]
+        fits = dict(zip(laid, self._poses.fits(laid), strict=True))
+        its = [fits.get(place) for place in every.tolist()]
+        told = self._told(scores(its, known.fall, known.half), len(places), np.isin(every, met))
+        told -= beyond_nearest(far_along(its), beside(self._map, every))
+        told[[not self._poses.shown(place) for place in every.tolist()]] = 0.0  # a drive whose laser was away
         return told
 
-    def _fits(self, places: list[int]) -> list[ScanFit | None]:
-        """The scan laid on those of places; None where it does not lie, or is not laid as fewer of its beams meet."""
-        laid = self._poses.most_met(places, OPEN * few_alone(self._map))
-        fits = dict(zip(laid, self._poses.fits(laid), strict=True))
-        return [fits.get(place) for place in places]
+    def _told(self, its: NDArray[np.float64], named: int, met: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Ratios by scores (n,) of places, of which the first are ``named``, and of which some are ``met``.
+
+        Of those named both ratios hold: by scores of places whatever met there, and of those where most is met. So
+        does the mean of the two.
+        """
+        elsewhere = self._map.once(known_scans).elsewhere
+        if not self.screened:
+            return elsewhere.log_ratios(its)
+        told = self._map.once(scores_screened).log_ratios(np.where(met, its, NOTHING))
+        told[:named] = np.logaddexp(told[:named], elsewhere.log_ratios(its[:named])) - np.log(2)
+        return told
 
     def brought(self, places: NDArray[np.intp]) -> Mapping[str, NDArray[np.float64]]:
         """Nothing: scans are compared with no others of the drive."""
@@ -126,8 +130,8 @@ def known_scans(map_: Map) -> KnownScans:
     return KnownScans(Calibration(others), fall, half, better(own, others))
 
 
-def known_screened(map_: Map) -> KnownScans:
-    """The same, with scores elsewhere as views have them that are asked of many places and laid on few."""
+def scores_screened(map_: Map) -> Calibration:
+    """Scores elsewhere as views have them that are asked of many places, and laid on those where most is met."""
     known, told = map_.once(known_scans), [np.zeros(0)]
     laid = lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
     for view, pairs in groupby(pairs_elsewhere(map_, VIEWS, MANY), key=itemgetter(0)):
@@ -137,7 +141,7 @@ def known_screened(map_: Map) -> KnownScans:
             its = np.full(len(places), NOTHING)
             its[met] = scores(fitted([(places[number], seen) for number in met]), known.fall, known.half)
             told.append(its)
-    return known._replace(elsewhere=Calibration(np.concatenate(told)))
+    return Calibration(np.concatenate(told))
 
 
 def few_alone(map_: Map) -> int:

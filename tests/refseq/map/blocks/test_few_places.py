@@ -1,21 +1,22 @@
 """Evidence of a few places beside the words': what is blind with words is one product with them, whoever is first."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from refseq.belief import Timings
+from refseq.belief import Timings, belief_from
 from refseq.inference.matching.log_ratio import unless_blind
-from refseq.map.blocks.few_places import FewPlaces
+from refseq.map.blocks.few_places import NO_PLACES, FewPlaces
 from refseq.map.learning import learn
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
 from refseq.view import Scan, View
 
 BLIND = 0.2
+SCREENED = np.log([5.0, 6.0, 7.0])
 WORDS, KEYS, SCAN = np.log([3.0, 0.1, 1.0]), np.log([50.0, 2.0, 1.0]), np.log([0.1, 0.01, 20.0])
 
 
@@ -28,9 +29,10 @@ class Told:
     most: int = 3
     key: str = ""
     sees: bool = True
+    screened: int = 0
 
-    def log_ratios(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
-        return self.ratios[places]
+    def log_ratios(self, places: NDArray[np.intp], screened: NDArray[np.intp] = NO_PLACES) -> NDArray[np.float64]:
+        return np.concatenate([self.ratios[places], SCREENED[screened]])
 
     def brought(self, places: NDArray[np.intp]) -> dict[str, NDArray[np.float64]]:
         return {self.key: self.ratios[places] / 10} if self.key else {}
@@ -44,6 +46,20 @@ def learnt(profile: str) -> Map:
 @pytest.fixture(scope="module")
 def map_() -> Map:
     return learnt("best")
+
+
+@pytest.mark.parametrize(
+    ("screened", "ratios"), [(0, [0.1, 1, 1]), (1, [0.1, 1, 1]), (2, [0.1, 1, 7]), (9, [0.1, 6, 7])]
+)
+def test_places_that_words_find_likely_are_screened_but_those_they_name(
+    map_: Map, screened: int, ratios: list[float]
+) -> None:
+    """Of the words' order, places 0, 2 and 1, the first is named; so many from the first on are looked through."""
+    measured = Measurement(np.ones(3) / 3, 0.85, Timings(), WORDS)
+    last = replace(belief_from(np.ones(3)), lost=0.0)
+    (weighed,) = FewPlaces(map_, [Told(SCAN, 0.0, most=1, screened=screened)]).weighed([measured], last)
+    assert weighed.log_ratio is not None
+    np.testing.assert_allclose(np.exp(weighed.log_ratio - WORDS), ratios)
 
 
 @pytest.mark.parametrize("first", ["keys", "scan"])

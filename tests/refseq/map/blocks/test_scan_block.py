@@ -13,7 +13,7 @@ from refseq.belief import Belief, Stage, belief_from
 from refseq.errors import MapError
 from refseq.inference.matching.log_ratio import Calibration
 from refseq.map.blocks import scan_block
-from refseq.map.blocks.few_places import FewPlaces, beyond_nearest, pairs_elsewhere
+from refseq.map.blocks.few_places import FewPlaces, beside, beyond_nearest, pairs_elsewhere
 from refseq.map.blocks.scan_block import (
     NEAR,
     NOTHING,
@@ -23,8 +23,8 @@ from refseq.map.blocks.scan_block import (
     falls,
     far_along,
     known_scans,
-    known_screened,
     scores,
+    scores_screened,
 )
 from refseq.map.growth.adding import add_drive
 from refseq.map.learning import learn
@@ -86,18 +86,21 @@ def test_nothing_is_weighed_unless_asked_for(views: list[View]) -> None:
 @pytest.mark.parametrize(
     ("settings", "sensors", "most"),
     [
-        ("", {LASER}, 200),
-        ("", {LASER, "camera"}, 6),
-        ("+log_ratio.screened=0", {LASER}, 6),
-        ("+log_ratio.scans=0", {LASER}, 0),
-        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER}, 200),
-        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER, "camera"}, 0),
-        ("+log_ratio.scans_alone=7+log_ratio.screened=5", {LASER}, 7),
+        ("", {LASER}, (6, 200)),
+        ("", {LASER, "camera"}, (6, 0)),
+        ("+log_ratio.screened=0", {LASER}, (6, 0)),
+        ("+log_ratio.scans=0", {LASER}, (0, 0)),
+        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER}, (6, 200)),
+        ("+log_ratio.scans=0+log_ratio.scans_alone=6", {LASER, "camera"}, (0, 0)),
+        ("+log_ratio.scans_alone=7+log_ratio.screened=5", {LASER}, (7, 5)),
     ],
 )
-def test_scans_are_asked_for_with_cameras_or_only_without(settings: str, sensors: set[str], most: int) -> None:
+def test_scans_are_asked_for_with_cameras_or_only_without(
+    settings: str, sensors: set[str], most: tuple[int, int]
+) -> None:
     map_ = learn(drive(REFERENCE[:8]), profile=f"best{settings}")
-    assert ScanBlock(map_, PosesBeside(map_), sensors).most == most
+    block = ScanBlock(map_, PosesBeside(map_), sensors)
+    assert (block.most, block.screened) == most
 
 
 def test_few_places_are_weighed_and_no_other_changes(asked: Map, views: list[View]) -> None:
@@ -243,13 +246,15 @@ def test_places_elsewhere_average_no_more_than_one(asked: Map, views: list[View]
 
 
 def test_places_elsewhere_that_are_screened_average_no_more_than_one(views: list[View]) -> None:
-    """The same promise, of all places, those among them on which the scan is laid as most of its beams meet there."""
+    """The same promise, of all places: a third that words might name, and others that are laid where most is met."""
     map_ = learn(drive(REFERENCE), profile=BEST)
     poses, every, ratios = PosesBeside(map_), np.arange(len(map_)), list[float]()
     block = ScanBlock(map_, poses, {LASER})
     for number, view in enumerate(views):
         poses.take(view.scan)
-        ratios += np.exp(block.log_ratios(every)[np.abs(every - number) > 5]).tolist()
+        named, others = every[number % 3 :: 3], np.setdiff1d(every, every[number % 3 :: 3])
+        asked = np.concatenate([named, others])
+        ratios += np.exp(block.log_ratios(named, others)[np.abs(asked - number) > 5]).tolist()
     assert max(ratios) > 1
     assert np.mean(ratios) < 1.2
 
@@ -296,32 +301,50 @@ def test_scans_elsewhere_are_laid_once_a_map(views: list[View], monkeypatch: pyt
     assert len(laid) == 2 * (pairs + len(REFERENCE) - 1)
 
 
-def test_of_many_places_the_scan_is_laid_on_those_where_most_beams_meet(
+def test_of_screened_places_the_scan_is_laid_on_those_where_most_beams_meet(
     views: list[View], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The others count as places on which it does not lie; where it is laid it tells what it does among few."""
+    """The others count as places on which it does not lie."""
     monkeypatch.setattr(scan_block, "OPEN", 1)
     map_ = learn(drive(REFERENCE), profile=BEST)
     every = np.arange(len(map_))
     for number, view in enumerate(views[:6]):
         poses = PosesBeside(map_)
         poses.take(view.scan)
-        block = ScanBlock(map_, poses, {LASER})
-        told = block.log_ratios(every)
+        told = ScanBlock(map_, poses, {LASER}).log_ratios(every[:0], every)
         laid = poses.most_met(every.tolist(), 6)
-        nowhere = block.known.elsewhere.log_ratios(np.array([NOTHING]))
+        nowhere = scores_screened(map_).log_ratios(np.array([NOTHING]))
         assert told[np.setdiff1d(every, laid)] == pytest.approx(np.repeat(nowhere, len(map_) - 6))
         assert {number, number + 1} & set(laid)
         assert told.argmax() in {number, number + 1}
         assert told.max() > 1.0
 
 
-def test_scores_elsewhere_are_those_of_views_asked_of_many_places(asked: Map, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_place_that_words_name_has_the_mean_of_both_ratios(views: list[View]) -> None:
+    """Of its score whatever meets there, as among few places, and of its score where most beams meet; or of nothing."""
+    map_ = learn(drive(REFERENCE), profile=BEST)
+    every, named = np.arange(len(map_)), np.array([3, 5, 20])
+    asked = np.concatenate([named, np.setdiff1d(every, named)])
+    poses = PosesBeside(map_)
+    poses.take(views[4].scan)
+    told = ScanBlock(map_, poses, {LASER}).log_ratios(asked[:3], asked[3:])
+    known, met = known_scans(map_), np.isin(asked, poses.most_met(asked.tolist(), 12))
+    assert 0 < met[3:].sum() < len(asked) - 3
+    fits = [fit if n < 3 or met[n] else None for n, fit in enumerate(poses.fits(asked.tolist()))]
+    its = scores(fits, known.fall, known.half)
+    ratios = np.exp(scores_screened(map_).log_ratios(np.where(met, its, NOTHING)))
+    ratios[:3] = (ratios[:3] + np.exp(known.elsewhere.log_ratios(its[:3]))) / 2
+    assert told == pytest.approx(np.log(ratios) - beyond_nearest(far_along(fits), beside(map_, asked)))
+
+
+def test_scores_elsewhere_are_those_of_views_that_are_asked_as_others_are(
+    asked: Map, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Brute force: each view on the few of its far places where most beams meet; nothing at all others."""
     monkeypatch.setattr(scan_block, "OPEN", 1)
     monkeypatch.setattr(scan_block, "VIEWS", 3)
     monkeypatch.setattr(scan_block, "MANY", 9)
-    known, many = asked.once(known_scans), known_screened(asked)
+    known, many = asked.once(known_scans), scores_screened(asked)
     elsewhere = []
     for view, pairs in groupby(pairs_elsewhere(asked, 3, 9), key=itemgetter(0)):
         poses, scan = [laid_scan(asked.scan(place)) for _, place in pairs], laid_scan(asked.scan(view))
@@ -333,8 +356,7 @@ def test_scores_elsewhere_are_those_of_views_asked_of_many_places(asked: Map, mo
         elsewhere += [*scores(fits, known.fall, known.half).tolist(), *[NOTHING] * 3]
     assert len(elsewhere) == 3 * 9
     at = np.linspace(-1.2, 1.2, 49)
-    assert many.elsewhere.log_ratios(at) == pytest.approx(Calibration(np.array(elsewhere)).log_ratios(at))
-    assert many[1:] == known[1:]
+    assert many.log_ratios(at) == pytest.approx(Calibration(np.array(elsewhere)).log_ratios(at))
 
 
 def test_hindsight_asks_scans_as_well(asked: Map, views: list[View]) -> None:
