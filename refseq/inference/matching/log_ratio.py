@@ -42,8 +42,8 @@ class LogRatioSettings:
 
     ``scans`` is how many places a view's scan is laid on, as a block of its own (``refseq.map.blocks``), twice as many
     while the robot may be anywhere: each takes 3 ms; 0: none. ``scans_alone`` is the same where no camera is asked,
-    if that is more. There those are chosen, of the ``screened`` likeliest places and again of twice as many, at which
-    most of the scan's beams meet walls: each takes 0.2 ms; 0: words choose. ``geometry`` is as ``scans``, of a view's
+    if that is more. There it is laid besides on twice as many of the ``screened`` likeliest places, those at which most
+    of its beams meet walls: each takes 0.2 ms; 0: words alone choose. ``geometry`` is as ``scans``, of a view's
     keys of SIFT, which a map that is learnt with it holds for each place: each takes 0.3 ms a camera. ``turns`` is how
     much of the way behind the robot the chain compares with the ways to the places
     (``refseq.map.tracking.turns_behind``) [m]; 0: none.
