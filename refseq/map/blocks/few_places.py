@@ -25,9 +25,8 @@ OPEN = 2
 """So many times as many places are asked where the robot may be anywhere: at a start, and while it is lost."""
 BESIDE = 2
 """Places learnt so many views of a path apart are beside each other, and show the same walls."""
-
-
 NO_PLACES = np.zeros(0, np.intp)
+"""None are screened."""
 
 
 class Block(Protocol):
@@ -73,9 +72,10 @@ class FewPlaces:
         by_words = np.concatenate(words)
         ratios, never_blind, brought = by_words.copy(), np.zeros(len(by_words)), dict[str, NDArray[np.float64]]()
         start = time.perf_counter()
+        likeliest = np.argsort(-by_words, kind="stable")
         for block in asked:
-            named = self._places(block.most, by_words, last, measured[0].distance)
-            screened = np.setdiff1d(np.argsort(-by_words, kind="stable")[: block.screened], named)
+            named = self._places(block.most, likeliest, last, measured[0].distance)
+            screened = np.setdiff1d(likeliest[: block.screened], named)
             places, more = np.concatenate([named, screened]), block.log_ratios(named, screened)
             ratios[places] = with_more(ratios[places], more, block.blind)
             if not block.blind:
@@ -108,10 +108,10 @@ class FewPlaces:
             ]
         )
 
-    def _places(self, most: int, ratios: NDArray[np.float64], last: Belief | None, distance: float) -> NDArray[np.intp]:
-        """The places that are asked for: likeliest by the words of this view, and where it is expected."""
+    def _places(self, most: int, likeliest: NDArray[np.intp], last: Belief | None, distance: float) -> NDArray[np.intp]:
+        """The places that are asked for: ``likeliest`` by the words of this view, and where it is expected."""
         most = most if last is not None and last.lost <= LOST_ABOVE else OPEN * most
-        by_words = np.argsort(-ratios, kind="stable")[:most]
+        by_words = likeliest[:most]
         if last is None:
             return by_words
         many = min(EXPECTED, most // 2)

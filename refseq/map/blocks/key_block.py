@@ -37,6 +37,9 @@ class KeyBlock:
     ``most``, ``log_ratio.geometry`` of the map's profile, is how many places keys are laid on.
     """
 
+    screened = 0
+    """Places that words do not name are not looked through: with pictures words name the right one."""
+
     def __init__(self, map_: Map) -> None:
         self._map = map_
         self.take({})
@@ -52,9 +55,6 @@ class KeyBlock:
     def sees(self) -> bool:
         """True where any camera shows keys."""
         return any(len(keys.points) for keys in self._view.values())
-
-    screened = 0
-    """Places that words do not name are not looked through: with pictures words name the right one."""
 
     def log_ratios(self, places: NDArray[np.intp], screened: NDArray[np.intp] = NO_PLACES) -> NDArray[np.float64]:
         """Log-likelihood ratios of some places, (n,), 0 or more; none are ``screened``."""

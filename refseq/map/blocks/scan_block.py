@@ -20,7 +20,7 @@ from refseq.map.blocks.few_places import NO_PLACES, OPEN, beside, beyond_nearest
 from refseq.map.map import Map
 from refseq.map.poses_beside import PosesBeside
 from refseq.pose_graph import motions_between
-from refseq.scan_matching.fit import FARTHEST, ScanFit, fitted, laid_scan
+from refseq.scan_matching.fit import FARTHEST, LaidScan, ScanFit, fitted, laid_scan
 from refseq.scan_matching.screen import Screen
 from refseq.view import LASER
 
@@ -111,7 +111,7 @@ class KnownScans(NamedTuple):
 
 def known_scans(map_: Map) -> KnownScans:
     """By the reference's own scans: some laid on those of places far from them, some on the place before them."""
-    laid = lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
+    laid = scans_of(map_)
 
     def fits(pairs: Iterable[tuple[int, int]], way: Callable[[int, int], NDArray[np.float64]]) -> list[ScanFit | None]:
         """Scans of views laid on those of places, of the pairs that have both, sought about the way there."""
@@ -133,7 +133,7 @@ def known_scans(map_: Map) -> KnownScans:
 def scores_screened(map_: Map) -> Calibration:
     """Scores elsewhere as views have them that are asked of many places, and laid on those where most is met."""
     known, told = map_.once(known_scans), [np.zeros(0)]
-    laid = lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
+    laid = scans_of(map_)
     for view, pairs in groupby(pairs_elsewhere(map_, VIEWS, MANY), key=itemgetter(0)):
         places = [there for _, place in pairs if (there := laid(place))]
         if seen := laid(view):
@@ -142,6 +142,11 @@ def scores_screened(map_: Map) -> Calibration:
             its[met] = scores(fitted([(places[number], seen) for number in met]), known.fall, known.half)
             told.append(its)
     return Calibration(np.concatenate(told))
+
+
+def scans_of(map_: Map) -> Callable[[int], LaidScan | None]:
+    """Scans of a map's places, each made ready to be laid once; None for one that shows no walls."""
+    return lru_cache(None)(lambda place: laid_scan(map_.scan(place)))
 
 
 def few_alone(map_: Map) -> int:

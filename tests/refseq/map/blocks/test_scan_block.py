@@ -259,7 +259,9 @@ def test_places_elsewhere_that_are_screened_average_no_more_than_one(views: list
     assert np.mean(ratios) < 1.2
 
 
-def test_stages_and_localisers_agree(asked: Map, views: list[View]) -> None:
+@pytest.mark.parametrize("profile", [FEW, BEST], ids=["few", "screened"])
+def test_stages_and_localisers_agree(profile: Profile | str, views: list[View]) -> None:
+    asked = learn(drive(REFERENCE), profile=profile)
     told = localise(asked, views[:5])
     for stage in Stage:
         alone = Localiser(asked, stage=stage)
